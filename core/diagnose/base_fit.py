@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,21 +12,19 @@ import numpy as np
 from ..diagnose.cost_minimum import converge
 from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
-from ..diagnose.refit import Refit, fit
+from ..diagnose.refit import Refit
 from ..diagnose.step_choice import with_enough_substeps
-from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
-from ..identify.defect_correction import with_enough_steps
+from ..identify.fit import minimum_from_starts
 from ..identify.fit_unknowns import unknowns_with_starts
-from ..identify.loop_rate import better_loop
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import Processing
 from ..identify.setup import measured_sensors
 from ..identify.unknowns import Unknown, Unknowns, fixed_values
-from ..least_squares import MOST_ITERATIONS
 from ..model import Model
 from ..noise.noise_floor import channel_floors
+from ..progress import Progress, Silent
 from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors.sensor import Sensor
@@ -76,7 +74,7 @@ def compared_outputs(model: Model, fitted: Sequence[Sensor], recordings: Sequenc
 def fit_base(
     model: Model, fitted: Sequence[Sensor], processing: Processing, spec: IdentifySpec,
     recordings: Sequence[Recording], stated: Mapping[str, float], fidelity: float,
-    stopped: Callable[[], bool] = lambda: False, identified: Mapping[str, float] | None = None,
+    progress: Progress | None = None, identified: Mapping[str, float] | None = None,
     stated_rig: Mapping[str, str] | None = None,
 ) -> BaseFit:  # fmt: skip
     """Fit the base model with the full equations until it converges.
@@ -84,7 +82,7 @@ def fit_base(
     It starts at the nominal values and at `identified` (label -> value) and keeps the better fit.
     `fidelity`: relative modelling tolerance; `stated_rig`: what is stated of the rig.
     """
-    model = full_equations(model)
+    model, progress = full_equations(model), progress or Silent()
     outputs = compared_outputs(model, fitted, recordings)
     experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
     _check_counted(experiments)
@@ -95,21 +93,21 @@ def fit_base(
     data = FitProblem(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), 1)
     bounded = _fixed_and_bounded(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **bounded)
-    rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
-    h = rough.parametrised
-    servo = better_loop(h.residuals, h.vector)
-    if servo is not None:
-        data = data.for_bare(bare.steered_by(servo))
-        rough = fit(parametrised(data, effects, h.all_values()), None, stopped, MOST_ITERATIONS)
-    motions = rough.parametrised.motions()
-    unweighted = [b / w for b, w in zip(rough.errors, weights, strict=True)]
-    prepared = rough.parametrised.residuals.experiments
+    start = {**model.effect_values}
+    first, second = (parametrised(data, effects, {**start, **x}) for x in ({}, identified or {}))
+    end = minimum_from_starts(first.residuals, [first.vector, second.vector], False, progress)
+    if end.servo is not None:
+        data = data.for_bare(bare.steered_by(end.servo))
+    rough = replace(first, residuals=end.residuals).at(end.fit.vector)
+    motions = rough.motions()
+    pairs = zip(rough.errors(rough.vector), weights, strict=True)
+    prepared, unweighted = end.residuals.experiments, [b / w for b, w in pairs]
     floors = channel_floors(prepared, unweighted, motions, stated, fidelity)
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(data, sizes=sizes).in_floors(floors)
-    values = {**model.effect_values, **rough.parametrised.values()}
+    values = {**start, **rough.values()}
     data = with_enough_substeps(data, effects, values)
-    data, base = converge(data, parametrised(data, effects, values), None, stopped)
+    data, base = converge(data, parametrised(data, effects, values), None, progress.stopped)
     return BaseFit(data, base)
 
 
@@ -141,25 +139,6 @@ def full_equations(model: Model) -> Model:
     """The model with the full equations."""
     bare = None if model.bare is None else model.bare.at_level("nonlinear")
     return replace(model.at_level("nonlinear"), bare=bare)
-
-
-TRIAL_ITERATIONS = 4
-"""Iterations from each start before only the best continues."""
-
-
-def _fit_from_better_start(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
-    identified: Mapping[str, float], stopped: Callable[[], bool],
-) -> Refit:  # fmt: skip
-    """The first fit, from the better start, before the noise floors are known."""
-    starts = [dict(values)]
-    labels = {u.label: u.parameter.value for u in data.nuisance}
-    if any(labels.get(k, v) != v for k, v in identified.items()):
-        starts.append({**values, **identified})
-    trials = [fit(parametrised(data, effects, s), None, stopped, TRIAL_ITERATIONS) for s in starts]
-    best = min(trials, key=lambda trial: trial.cost).parametrised
-    residuals = with_enough_steps(best.residuals, best.vector)
-    return fit(replace(best, residuals=residuals), None, stopped, MOST_ITERATIONS)
 
 
 def _spread_weights(e: Prepared) -> np.ndarray:

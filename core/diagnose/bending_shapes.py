@@ -13,13 +13,14 @@ from dataclasses import replace
 from ..arm.arm import Arm
 from ..arm.segment import MAX_MODES
 from ..diagnose.cost_minimum import converge
-from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE
+from ..diagnose.evidence import RELEVANT, TIE
 from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
 from ..diagnose.refit import COMPARED_SUBSTEPS, fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, nominal_values
+from ..diagnose.remaining_error import within_noise
 from ..diagnose.step_choice import with_enough_substeps
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
@@ -87,10 +88,9 @@ def _promises_more(model: FittedModel, data: FitProblem) -> bool:
 
 def _needed(model: FittedModel, likelier: float) -> bool:
     """Whether shapes that reduce the whitened squared error by `likelier` are needed: more than a
-    tie, and by a relevant amount or share where the error is above the noise."""
-    count = model.data.count
-    above = max(model.refit.cost - count, 0.0)
-    return likelier > max(TIE, min(RELEVANT * count, LEAST_SHARE * above))
+    tie, and by a relevant amount where the error is above the noise."""
+    exact = within_noise(model.data, model.refit.errors)
+    return likelier > (TIE if exact else max(TIE, RELEVANT * model.data.count))
 
 
 def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel | None:

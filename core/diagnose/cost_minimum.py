@@ -15,7 +15,8 @@ import numpy as np
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
 from ..diagnose.refit import Refit, fit, whitened_cost, with_robust_covariance
-from ..diagnose.refit_starts import start_from_nominal
+from ..diagnose.refit_starts import differs_from_nominal, nominal_values
+from ..diagnose.remaining_error import within_noise
 from ..identify.defect_correction import (
     MOST_STEPS,
     Anchor,
@@ -27,6 +28,7 @@ from ..identify.defect_correction import (
     minimum_along,
 )
 from ..identify.prescribed_joint_forces import steps_between_points
+from ..identify.refinement import starts_over_horizon
 from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
 from ..noise.noise_floor import channel_rms
 from ..noise.output_noise import simulate_noise
@@ -70,27 +72,14 @@ def converge(
     its end until that gains nothing.
     """
     data, refit = _descend(data, h, whitener, stopped)
-    for find_start in (_start_off_bounds, _start_in_other_minimum):
-        start = find_start(data, refit.parametrised, stopped)
-        if start is not None and not stopped():
-            other = _descend(replace(data, anchor=None), start, whitener, stopped)
-            if other[1].cost < refit.cost:
-                data, refit = other
+    if within_noise(data, refit.errors) or stopped():
+        return data, refit
+    start = other_start(replace(data, anchor=None), refit.parametrised, stopped)
+    if start is not None and not stopped():
+        other = _descend(replace(data, anchor=None), start, whitener, stopped)
+        if other[1].cost < refit.cost:
+            return other
     return data, refit
-
-
-def _start_in_other_minimum(
-    data: FitProblem, h: ParametrisedModel, stopped: Callable[[], bool]
-) -> ParametrisedModel | None:
-    """The model at the minimum over the first periods, if its cost over whole recordings is
-    lower: a fit that lacked an effect may have left that minimum. Else None."""
-    values = start_from_nominal(data, h, stopped)
-    if values is None:
-        return None
-    bare = replace(data, anchor=None)
-    current, other = (with_values(bare, h, refine=1), with_values(bare, h, values, refine=1))
-    lower = cost_of(other.errors(other.vector)) < cost_of(current.errors(current.vector))
-    return other if lower else None
 
 
 NEAR = 0.01
@@ -98,19 +87,28 @@ NEAR = 0.01
 influence, as a beam ten times too stiff is rigid."""
 
 
-def _start_off_bounds(
+def other_start(
     data: FitProblem, h: ParametrisedModel, stopped: Callable[[], bool]
 ) -> ParametrisedModel | None:
-    """The model with nominal values for parameters that ended at a bound while an effect was
-    missing: the cost is flat there. None if there are none."""
+    """The model from nominal values, where a fit that lacked an effect may have ended beside the
+    minimum: a parameter stands at a bound, where the cost is flat, or an arm that vibrates is out
+    of step, which the first vibrations show. Else None."""
     at, moved = h.values(), dict[str, float]()
-    for u in data.nuisance:
-        p, x = u.parameter, at.get(u.label, u.parameter.value)
-        if u.recording is None and p.positive:
-            share = np.log(x / p.lower) / np.log(p.upper / p.lower)
-            if not NEAR < share < 1.0 - NEAR:
-                moved[u.label] = p.value
-    return with_values(data, h, moved, refine=1) if moved else None
+    nominal = {u.label: u.parameter for u in data.nuisance if u.recording is None}
+    for label, p in nominal.items():
+        if p.positive:
+            share = np.log(at.get(label, p.value) / p.lower) / np.log(p.upper / p.lower)
+            moved |= {} if NEAR < share < 1.0 - NEAR else {label: p.value}
+    if moved:
+        return with_values(data, h, moved, refine=1)
+    arm = h.model.arm
+    if arm.coordinates == arm.joints or not differs_from_nominal(data, at):
+        return None
+    start = with_values(data, h, nominal_values(data), refine=1)
+    (vector,) = starts_over_horizon(start.residuals, [start.vector], lambda _: stopped())
+    here = with_values(data, h, refine=1)
+    fall = cost_of(here.errors(here.vector)) - cost_of(start.errors(vector))
+    return start.at(vector) if fall > RELEVANT * data.count else None
 
 
 def _descend(

@@ -31,7 +31,7 @@ from ..identify.setup import Setup
 from ..information_criteria import with_evidence
 from ..precompile import precompile_arms
 from ..processors import fast_thread_switching
-from ..progress import Progress, Silent
+from ..progress import Progress, Silent, Unseen
 from ..recording.recording import Recording
 from ..results import MISSING, NOTHING, UNJUDGED, UNLISTED, Diagnosis, Doubt, Remains
 from ..scenario.schema import IdentifySpec
@@ -165,7 +165,7 @@ def fit_base_to_recordings(
     precompile_arms(candidate_structures(setup.model.arm, candidates))
     base_fit = fit_base(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
-        options.fidelity, progress.stopped, options.identified, options.stated_rig,
+        options.fidelity, Unseen(progress), options.identified, options.stated_rig,
     )  # fmt: skip
     unseen = [r for r in recordings if r.role == "validate"]
     validation = base_fit.validation_data(setup.processing, spec, unseen) if unseen else None

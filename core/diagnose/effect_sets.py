@@ -8,10 +8,8 @@ refitted.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
-import numpy as np
-
+from ..diagnose.evidence import price
 from ..diagnose.gram_matrix import explained_by
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 
@@ -25,21 +23,11 @@ EXCHANGES = 6
 """Rounds of exchange; two or three end it."""
 
 
-@dataclass(frozen=True)
-class EffectSet:
-    """Effects that explain the error together, by linear prediction."""
-
-    members: tuple[ScreenedCandidate, ...]
-    """Each adds most to those before it."""
-    unwhitened_reduction: float
-    """Reduction of the squared error, in floors squared."""
-
-
 def best_effect_set(
     screened: Screen, most: int, count: int, excluded: Collection[str] = ()
-) -> EffectSet:
-    """The set of at most `most` effects with the best BIC over `count` samples, without the kinds
-    `excluded`."""
+) -> tuple[ScreenedCandidate, ...]:
+    """The set of at most `most` effects with the best extended BIC over `count` samples, without
+    the kinds `excluded`, by linear prediction; each adds most to those before it."""
     search = _Search(screened, count, excluded)
     chosen: list[ScreenedCandidate] = []
     while len(chosen) < min(most, MOST_TOGETHER):
@@ -47,8 +35,7 @@ def best_effect_set(
         if best is None:
             break
         chosen = search.exchanged([*chosen, best])
-    chosen = search.ordered(chosen)
-    return EffectSet(tuple(chosen), search.unwhitened_reduction(chosen))
+    return tuple(search.ordered(chosen))
 
 
 class _Search:
@@ -56,8 +43,7 @@ class _Search:
         self._whitened = screened.whitened.projected()
         self._unwhitened = screened.unwhitened.projected()
         self._sided = [c.one_sided for c in screened.output_changes]
-        self._price = float(np.log(max(count, 2)))
-        self._choice = 2.0 * float(np.log(max(len(screened.candidates), 1)))
+        self._count, self._choices = count, len(screened.candidates)
         allowed = [s for s in screened.candidates if s.effect.kind not in excluded]
         by_score = sorted(allowed, key=lambda s: -s.score)
         by_reduction = sorted(allowed, key=lambda s: -s.cost_reduction)
@@ -67,17 +53,14 @@ class _Search:
         self._candidates = list(listed.values())[:SHORTLIST]
 
     def _value(self, chosen: Sequence[ScreenedCandidate]) -> float:
-        """Reduction of the whitened squared error minus the price of free parameters and of the
-        choice among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
+        """Fall of the extended BIC."""
         at = [i for s in chosen for i in s.output_changes]
-        each = (
-            s.degrees_of_freedom * self._price + 2.0 * np.log(max(s.trial_count, 1.0))
-            for s in chosen
+        paid = sum(
+            price(s.degrees_of_freedom, self._count, s.trial_count * self._choices) for s in chosen
         )
-        price = sum(each) + len(chosen) * self._choice
-        return explained_by(self._whitened, at, [self._sided[i] for i in at]).cost_reduction - price
+        return explained_by(self._whitened, at, [self._sided[i] for i in at]).cost_reduction - paid
 
-    def unwhitened_reduction(self, chosen: Sequence[ScreenedCandidate]) -> float:
+    def _unwhitened_reduction(self, chosen: Sequence[ScreenedCandidate]) -> float:
         at = [i for s in chosen for i in s.output_changes]
         return explained_by(self._unwhitened, at, [self._sided[i] for i in at]).cost_reduction
 
@@ -114,7 +97,7 @@ class _Search:
     def ordered(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:
         remaining, order = list(chosen), list[ScreenedCandidate]()
         while remaining:
-            best = max(remaining, key=lambda s: self.unwhitened_reduction([*order, s]))
+            best = max(remaining, key=lambda s: self._unwhitened_reduction([*order, s]))
             order.append(best)
             remaining.remove(best)
         return order

@@ -15,7 +15,6 @@ import numpy as np
 
 from ..diagnose.cost_minimum import converge, law_error
 from ..diagnose.fit_problem import FitProblem, parametrised
-from ..diagnose.linear_screen import Screen, rescored
 from ..diagnose.refit import Refit, with_robust_covariance
 from ..diagnose.remaining_error import within_noise
 from ..effects.effect import Effect
@@ -100,16 +99,3 @@ def weighted(refit: Refit, old: FitProblem, new: FitProblem) -> Refit:
     return with_robust_covariance(
         replace(refit, parametrised=at, descended=descended, whitened_cost=cost_of(moved))
     )
-
-
-def screen_against(screened: Screen, refit: Refit, old: FitProblem, new: FitProblem) -> Screen:
-    """The screen of a model whose refit is seen against the noise of `new`."""
-    ratios = weight_ratios(old, new)
-    changes = tuple(
-        replace(c, blocks=tuple(b * r for b, r in zip(c.blocks, ratios, strict=True)))
-        for c in screened.output_changes
-    )
-    slopes = [S * r[:, None] for S, r in zip(screened.slopes, ratios, strict=True)]
-    h = refit.parametrised
-    prior = h.limits.prior_measurements(h.vector)
-    return rescored(screened, new.experiments, refit.errors, slopes, prior, changes)

@@ -15,7 +15,7 @@ from itertools import pairwise
 from ..diagnose.acceptance import Round
 from ..diagnose.evidence import assess_refit
 from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
-from ..diagnose.fitted_model import FittedModel, fit_model
+from ..diagnose.fitted_model import FittedModel, fit_model, weight_ratios, weighted
 from ..diagnose.ladder_steps import Noise, ladder_step
 from ..diagnose.linear_screen import screen
 from ..diagnose.memo import Memo, ModelRound
@@ -99,8 +99,11 @@ def ladder(found: Found, memo: Memo, progress: Progress) -> Ladder:
 def _noise(memo: Memo, last: FittedModel) -> Noise:
     """What neither the last model nor, where they were tried on it, any candidate explains."""
     known = memo.rounds.get(last.key)
-    rest = last.refit.errors if known is None else known.against(last.data).round.screen.remainders
-    return Noise.of(last.data, rest)
+    if known is None:
+        return Noise.of(last.data, last.refit.errors)
+    ratios = weight_ratios(known.model.data, last.data)
+    remainders = known.round.screen.remainders
+    return Noise.of(last.data, [r * x for r, x in zip(remainders, ratios, strict=True)])
 
 
 def _grown(found: Found) -> dict[tuple[str, ...], tuple[Effect, FittedModel]]:
@@ -140,11 +143,26 @@ def _tried(
     known = memo.rounds.get(model.key)
     if known is None:
         return None
-    found = known.against(like).round
+    found = _seen_in(known, like, noise)
     ranking = ranking_of(found, found.data, noise)
     experiments = deciding_experiments(found, ranking, found.data, progress)
     not_simulated = tuple(dict.fromkeys((*found.screen.diverged, *found.failed_refits)))
     return DiagnosisRound(ranking, accepted, tuple(found.refused), not_simulated, experiments)
+
+
+def _seen_in(known: ModelRound, like: FitProblem, noise: Noise) -> Round:
+    """What was tried on a model, with its refits against the noise of `like`."""
+    model, old, found = known.model.against(like), known.model.data, known.round
+    if model is known.model:
+        return found
+    data, candidates = model.data, len(found.screen.candidates)
+    before = with_whitened_cost(model.refit, noise.whitener)
+    refitted = []
+    for w in found.refitted:
+        refit = with_whitened_cost(weighted(w.refit, old, data), noise.whitener)
+        assessed = assess_refit(w.screened, before, refit, data.count, candidates)
+        refitted.append(replace(assessed, unseen=w.unseen))
+    return replace(found, refitted=tuple(refitted), before=before, after=before, data=data)
 
 
 def _assembled(
@@ -153,7 +171,7 @@ def _assembled(
 ) -> DiagnosisRound:  # fmt: skip
     """The effect ranked against the model before, beside the other ranks there."""
     data = after.data
-    screened = first.against(data).round.screen
+    screened = first.round.screen
     own = next((s for s in screened.candidates if s.effect.kind == effect.kind), None)
     if own is None:  # it came in as the simpler part of a candidate, and is none itself
         screened = screen(data, before.refit.parametrised, before.effects, [effect])

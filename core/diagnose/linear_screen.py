@@ -4,7 +4,7 @@ M. Basseville, A. Benveniste, Automatica 30, 1994)."""
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Generator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -24,7 +24,6 @@ from ..diagnose.output_changes import (
     trials,
 )
 from ..effects.effect import Effect
-from ..identify.prepared_recording import Prepared
 from ..identify.residuals import BATCH
 from ..least_squares import as_finite
 from ..noise.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
@@ -77,12 +76,17 @@ class Screen:
     remaining_trials: int = 0
     """Sizes that are still to be tried."""
 
-    @property
-    def diverged(self) -> tuple[str, ...]:
-        """Titles of effects that could not be simulated at any size."""
-        simulated = {c.effect.kind for c in self.output_changes if not c.diverged}
-        diverged = (c.effect for c in self.output_changes if c.effect.kind not in simulated)
-        return tuple(dict.fromkeys(e.title for e in diverged))
+    diverged: tuple[str, ...] = ()
+    """Titles of effects that could not be simulated at any size."""
+
+    def without_columns(self) -> Screen:
+        """The same without the signals of slopes and output changes."""
+        return replace(self, slopes=(), output_changes=())
+
+
+def _diverged(changes: Changes) -> tuple[str, ...]:
+    simulated = {c.effect.kind for c in changes if not c.diverged}
+    return tuple(dict.fromkeys(c.effect.title for c in changes if c.effect.kind not in simulated))
 
 
 def on_threads(
@@ -141,21 +145,6 @@ def screen(
     return scored()
 
 
-def rescored(
-    screened: Screen, experiments: Sequence[Prepared], errors: Sequence[np.ndarray],
-    slopes: Sequence[np.ndarray], prior: tuple[np.ndarray, np.ndarray],
-    changes: Sequence[OutputChange],
-) -> Screen:  # fmt: skip
-    """The screen of the same candidates with other errors (M, k), slopes (M, k, P), measurements a
-    priori and output changes; nothing is simulated."""
-    candidates = list(dict.fromkeys(c.effect for c in changes))
-    rows = whitened_rows(experiments)
-    return _score_candidates(
-        list(errors), list(slopes), list(changes), candidates, screened.remaining_trials, rows,
-        prior,
-    )  # fmt: skip
-
-
 def trial_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
     """Indices of the trials in two rounds: the middle of each grid, then all others, those in
     `late` last."""
@@ -201,7 +190,7 @@ def _score_candidates(
     kept = sorted((s for s in scores if s is not None), key=lambda s: -s.score)
     return Screen(
         tuple(kept), whitened, unwhitened, whitener, tuple(errors), tuple(slopes), tuple(changes),
-        tuple(remainders), remaining_trials,
+        tuple(remainders), remaining_trials, _diverged(changes),
     )  # fmt: skip
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes
-from ..diagnose.evidence import assess_refit
+from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import FitProblem
-from ..diagnose.fitted_model import FittedModel, screen_against, weighted
+from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
-from ..diagnose.refit import Refit, with_whitened_cost
+from ..diagnose.noise_update import alike
+from ..diagnose.refit import Refit
 from ..effects.effect import Effect
 
 
@@ -23,30 +25,18 @@ class ModelRound(NamedTuple):
     model: FittedModel
     round: Round
 
-    def against(self, like: FitProblem) -> ModelRound:
-        """The same against the noise of other data of the same recordings."""
-        old, model, found = self.model.data, self.model.against(like), self.round
-        if model is self.model:
-            return self
-        data = model.data
-        screened = screen_against(found.screen, model.refit, old, data)
-        before = with_whitened_cost(model.refit, screened.whitener)
-        by_kind = {s.effect.kind: s for s in screened.candidates}
-        refitted = []
-        for w in found.refitted:
-            refit = with_whitened_cost(weighted(w.refit, old, data), screened.whitener)
-            again = by_kind[w.screened.effect.kind]
-            assessed = assess_refit(again, before, refit, data.count, len(by_kind))
-            refitted.append(replace(assessed, unseen=w.unseen))
-        seen = replace(
-            found, screen=screened, refitted=tuple(refitted), before=before, after=before, data=data
-        )
-        return ModelRound(model, seen)
+
+class Visit(NamedTuple):
+    """A model that the search went on from."""
+
+    key: tuple[str, ...]
+    floors: Mapping[str, float]
+    cost: float
 
 
 @dataclass
 class Memo:
-    """What was fitted and screened, which no later noise makes invalid."""
+    """What was fitted and screened, and where the search has been."""
 
     validation: FitProblem | None
     stated: tuple[Effect, ...]
@@ -54,11 +44,35 @@ class Memo:
     """Bending shapes per segment of the model as given."""
     rounds: dict[tuple[str, ...], ModelRound] = field(default_factory=dict)
     """Key of a model -> what was tried on it."""
+    visits: list[Visit] = field(default_factory=list)
     shapes: FitsByShapes = field(default_factory=dict)
     """Models with other bending shapes."""
     titles: Counter[str] = field(default_factory=Counter)
     """How many rounds had a title: no two stages in turn have the same."""
     validated: dict[tuple[int, int], tuple[Refit, ValidationFit]] = field(default_factory=dict)
+
+    def keep(self, model: FittedModel, found: Round) -> None:
+        """Keep what was tried on a model, of the others without their columns: on long recordings
+        these take gigabytes."""
+        for key, known in self.rounds.items():
+            lean = replace(known.round, screen=known.round.screen.without_columns())
+            self.rounds[key] = known._replace(round=lean)
+        self.rounds[model.key] = ModelRound(model, found)
+
+    def visit(self, model: FittedModel) -> None:
+        """Remember that the search goes on from a model."""
+        self.visits.append(Visit(model.key, model.data.floors, model.refit.cost))
+
+    def is_new(self, model: FittedModel) -> bool:
+        """Whether the search was never at this model against this noise, or once, at a worse
+        minimum: an effect that came and went may have brought the others to a better one."""
+        before = [
+            visit.cost
+            for visit in self.visits
+            if visit.key == model.key and alike(visit.floors, model.data.floors)
+        ]
+        better = model.refit.cost < min(before, default=0.0) - RELEVANT * model.data.count
+        return not before or (len(before) == 1 and better)
 
     def validation_fit(self, model: FittedModel) -> ValidationFit | None:
         """The model on the validation recordings; None without any."""

@@ -12,6 +12,7 @@ how much depends on them. A soft base doubled it in the torques.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,12 @@ from ..noise.whitening import whitened_rows
 LEAST_RATIO = 1.25
 """Least ratio of old to new floor, or the reverse, for an update: draws of the noise scatter by a
 tenth."""
+
+
+def alike(floors: Mapping[str, float], others: Mapping[str, float]) -> bool:
+    """Whether no noise floor differs from that of the same channel by the ratio of an update."""
+    ratios = [floors[n] / others[n] for n in floors]
+    return all(1.0 / LEAST_RATIO < ratio < LEAST_RATIO for ratio in ratios)
 
 
 def lower_floors(
@@ -66,7 +73,7 @@ def rms_unexplained(data: FitProblem, screened: Screen) -> dict[str, float]:
         for c, (name, _) in enumerate(e.channels):
             squares[name] += float(np.sum(r[own[c], c] ** 2))
             counts[name] += len(own[c])
-    spent = screened.slopes[0].shape[-1] + len(screened.output_changes)
+    spent = screened.whitened.parts.shape[-1] - 1
     free = 1.0 - spent / max(sum(counts.values()), 1)
     if free <= 0.0:
         return {}

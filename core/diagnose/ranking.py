@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.acceptance import Round
-from ..diagnose.evidence import RELEVANT, TIE, RefittedCandidate, acceptable
+from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE, RefittedCandidate, certain
 from ..diagnose.fit_problem import FitProblem, parameter_names
 from ..diagnose.ladder_steps import Noise, estimates
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
@@ -40,7 +40,7 @@ def confused_with(
         if other is best or kind in included:
             continue
         alike = largest_cosine(screened, best.screened, other.screened) > CONFUSABLE
-        difference = abs(best.delta_bic - other.delta_bic)
+        difference = abs(best.gain - other.gain)
         if alike and difference < TIE:
             competitors.append((difference, kind))
     return tuple(kind for _, kind in sorted(competitors)[: MOST_MEMBERS - 1])
@@ -79,8 +79,9 @@ def ranking_of(
         for w in result.refitted:
             left = noise.left(data, w.refit)
             fall = fall_of_bic(before, left, noise.products)
-            w = w if fall is None else replace(w, delta_bic=fall)
-            refitted.append(replace(_refitted_record(w, result, data, above), left=left))
+            record = _refitted_record(w, result, data, above)
+            record = record if fall is None else replace(record, delta_bic=fall)
+            refitted.append(replace(record, left=left))
     have = {r.effect for r in refitted}
     others = [s for s in result.screen.candidates if s.effect.kind not in have]
     others.sort(key=lambda s: -s.cost_reduction)
@@ -106,12 +107,13 @@ def _refitted_record(
     model = w.refit.parametrised.model
     names = parameter_names(s.effect, model, data.sizes)
     predicted = tuple(a - b for a, b in zip(result.before.errors, w.refit.errors, strict=True))
+    found = certain(w) and w.reduction >= LEAST_SHARE
     return RankedEffect(
         effect=s.effect.kind, title=s.effect.title, score=s.score, p_value=w.p_value,
         expected_drop_percent=_percent(s.cost_reduction, above),
-        refit_drop_percent=100.0 * w.reduction, delta_bic=w.delta_bic,
+        refit_drop_percent=100.0 * w.reduction, delta_bic=w.gain,
         unseen_rms=math.sqrt(w.unseen),
-        tied_to=() if acceptable(w) else _tied_to(w.refit, names, result.before),
+        tied_to=() if found else _tied_to(w.refit, names, result.before),
         confused_with=confused_with(w, result.refitted, result.screen, s.effect.includes),
         parameters=tuple(e for e in estimates(w.refit) if e.name in names), predicted=predicted,
     )  # fmt: skip

@@ -107,30 +107,6 @@ def share_of_first_swings(
     return max((cost - min(left, default=cost)) / max(cost - horizon.first.count, 1.0), 0.0)
 
 
-def start_from_nominal(
-    data: FitProblem, h: ParametrisedModel, stopped: Callable[[], bool]
-) -> Values | None:
-    """A start of a fitted model in another minimum: the best of descents over the first periods
-    from the fitted and the nominal values. None where nothing swings, where the nominal values are
-    near, or where the first swings are met as well from where it stands."""
-    arm, at = h.model.arm, h.values()
-    if arm.coordinates == arm.joints or not differs_from_nominal(data, at):
-        return None
-    share = _informative_share(data, h, len(h.vector))
-    if share is None:
-        return None
-    horizon = Horizon(data, h.model.effects, share, (), stopped)
-    values = {**h.model.effect_values, **at}
-    stands, _ = horizon.descended(values, 0)
-    tried = [
-        horizon.descended({**values, **arm}, ROUGH_ITERATIONS) for arm in _start_changes(data, at)
-    ]
-    best = min(tried, key=lambda pair: pair[0])
-    if not (stands - best[0]) * horizon.first.count >= LEAST_ERROR * len(h.vector):
-        return None
-    return horizon.extended(best)
-
-
 def differs_from_nominal(data: FitProblem, values: Mapping[str, float]) -> bool:
     """Whether a nominal parameter has left its nominal value."""
     shared = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}

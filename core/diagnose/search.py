@@ -1,30 +1,30 @@
-"""The search: moves from model to model until none improves, then again against a better noise.
+"""The search: moves from model to model until none improves what is left.
 
 A move adds the effect, or the set of effects, that the recordings need most (forward selection of
-physical effects: Bacher and Madsen 2011), takes out what is not needed, or puts a better effect in
-the place of others. A model is visited again only at a better minimum. When no move is left, the
-noise is estimated again; what was screened and fitted is seen against it as it is.
+physical effects: Bacher and Madsen 2011), takes out what is not needed, puts a better effect in the
+place of others, or sees the same model with other bending shapes or against a better noise. The
+questions are asked in one order, and no model is visited twice against the same noise, but once
+more at a better minimum.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..diagnose import progress_messages as messages
-from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
+from ..diagnose.acceptance import Round
 from ..diagnose.bending_shapes import resolved
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import FitProblem, with_shared_motions
 from ..diagnose.fitted_model import FittedModel, fit_model
+from ..diagnose.judgement import Judge
 from ..diagnose.linear_screen import Screen, screen
-from ..diagnose.memo import Memo, ModelRound
+from ..diagnose.memo import Memo
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
 from ..diagnose.ranking import ranking_of
-from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
@@ -32,10 +32,13 @@ from ..diagnose.search_round import applicable, search_round
 from ..diagnose.step_choice import enough_substeps
 from ..effects.effect import Effect
 from ..identify.loop_rate import better_loop
-from ..least_squares import cost_of
 from ..noise.noise_floor import Floor
 from ..progress import Progress
 from ..sentences import listed
+
+MOVES_PER_EFFECT = 4
+"""Moves of a search per effect that it may find and one, at most: of each one addition, a removal
+or an exchange, other shapes and another noise."""
 
 
 class Move(NamedTuple):
@@ -43,16 +46,22 @@ class Move(NamedTuple):
 
     model: FittedModel
     title: str = ""
+    """Empty: the same model, seen otherwise."""
     added: tuple[str, ...] = ()
     """Ids of the effects that came in."""
     removed: tuple[str, ...] = ()
     """Titles of those that went."""
+    to_confirm: bool = False
+    """Whether it counts only if another effect follows."""
+
+
+Path = tuple[Move, ...]
 
 
 class Found(NamedTuple):
     """Where a search ended."""
 
-    path: tuple[Move, ...]
+    path: Path
     proposed: tuple[str, ...]
     """Ids of more effects that pass every test, which the limit keeps out."""
 
@@ -62,7 +71,7 @@ class Found(NamedTuple):
         return self.path[-1].model
 
 
-@dataclass(frozen=True)
+@dataclass
 class Search:
     """The moves of one diagnosis."""
 
@@ -70,70 +79,86 @@ class Search:
     progress: Progress
     on_ranking: RankingCallback | None
     memo: Memo
+    proposed: tuple[str, ...] = ()
 
     def run(self, base: FittedModel) -> Found:
         """The whole search from the model as given, with the bending shapes that it needs, and with
         the last model's sizes as stated where that leaves no more."""
-        found = self._with_shapes(base)
-        last = with_stated_sizes(found.model, len(self.memo.stated), self.progress.stopped)
-        return found._replace(path=(*found.path[:-1], found.path[-1]._replace(model=last)))
-
-    def _with_shapes(self, base: FittedModel) -> Found:
-        """The search, with the bending shapes that its first and its last model need."""
-        base = self._resolved(base)
-        found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = self._resolved(found.model)
-        if last is found.model or self.progress.stopped():
-            return found
-        # A missing effect has hidden the need for a shape, or has seemed to be one.
-        if len(found.path) == 1:
-            self._round(last, 1)
-        return self._without_moves_left((*found.path[:-1], found.path[-1]._replace(model=last)))
-
-    def _against_best_noise(self, found: Found) -> Found:
-        """The search, continued against each better estimate of the noise."""
-        base = found.path[0].model
-        while not self.progress.stopped():
-            changed = found.model.key != base.key
-            floors = higher_floors(found.model, self.options, changed)
-            if floors is not None:
-                found = self._without_moves_left(self._against(found.path, floors))
-                continue
-            first = self.memo.rounds.get(base.key)
-            screened = None if first is None else first.round.screen
-            floors = lower_floors(found.model, self.options, screened, changed)
-            if floors is None:
+        path: Path = (Move(self._resolved(base)),)
+        unconfirmed: Path = ()
+        for _ in range(MOVES_PER_EFFECT * (self.options.max_effects + 1)):
+            path = _with_last(path, self._prepared(path[-1].model))
+            self.memo.visit(path[-1].model)
+            move = next(self._moves(path), None)
+            if move is None or self.progress.stopped():
                 break
-            further = self._without_moves_left(self._against(found.path, floors))
-            # An estimate that no effect confirms is no better than the one before.
-            if further.model.key == found.model.key or self.progress.stopped():
-                break
-            found = further
-        return found
+            unconfirmed = path if move.to_confirm else unconfirmed
+            path = (*path, move) if move.title else _with_last(path, move.model)
+        # An estimate of the noise that no effect confirms is no better than the one before.
+        if unconfirmed and unconfirmed[-1].model.key == path[-1].model.key:
+            path = unconfirmed
+        last = with_stated_sizes(path[-1].model, len(self.memo.stated), self.progress.stopped)
+        return Found(_with_last(path, last), self.proposed)
 
-    def _against(self, path: tuple[Move, ...], floors: dict[str, Floor]) -> tuple[Move, ...]:
-        """The path with its last model at its minimum against another noise."""
-        last = path[-1]
+    def _moves(self, path: Path) -> Iterator[Move]:
+        """What leads on from the last model, the first one first: to what is new."""
+        model, first = path[-1].model, path[0].model
+        for ask in (
+            self._noise_of_better_model, self._shapes_of_better_model, self._addition,
+            self._reduction, self._exchange, self._shapes,
+        ):  # fmt: skip
+            move = None if self.progress.stopped() else ask(model)
+            if move is not None and self.memo.is_new(move.model):
+                yield move
+        move = None if self.progress.stopped() else self._noise(model, first)
+        if move is not None and self.memo.is_new(move.model):
+            yield move
+
+    def _prepared(self, model: FittedModel) -> FittedModel:
+        """The model with steps that are fine enough, and the rate of the rig's loop that its
+        torques show."""
+        return self._with_better_loop(self._finer(model))
+
+    def _noise_of_better_model(self, model: FittedModel) -> Move | None:
+        """Added effects leave what may be noise: before more are added, the noise as this model
+        shows it."""
+        errors = model.refit.errors
+        if not self.added(model) or within_noise(model.data, errors):
+            return None
+        if remaining_error(model.data, errors).above:
+            return None
+        floors = higher_floors(model, self.options, True)
+        return None if floors is None else self._against(model, floors)
+
+    def _shapes_of_better_model(self, model: FittedModel) -> Move | None:
+        """Added effects leave more than noise: first the bending shapes that the model needs."""
+        if not self.added(model) or within_noise(model.data, model.refit.errors):
+            return None
+        return self._shapes(model)
+
+    def _shapes(self, model: FittedModel) -> Move | None:
+        """The bending shapes that the model needs: a missing effect has hidden the need for one, or
+        has seemed to be one."""
+        other = self._resolved(model)
+        return None if other is model else Move(other)
+
+    def _noise(self, model: FittedModel, first: FittedModel) -> Move | None:
+        """A better estimate of the noise; `first`: the model as given."""
+        changed = model.key != first.key
+        floors = higher_floors(model, self.options, changed)
+        if floors is not None:
+            return self._against(model, floors)
+        known = self.memo.rounds.get(first.key)
+        screened = None if known is None else known.round.screen
+        floors = lower_floors(model, self.options, screened, changed)
+        if floors is None:
+            return None
+        return self._against(model, floors)._replace(to_confirm=True)
+
+    def _against(self, model: FittedModel, floors: dict[str, Floor]) -> Move:
+        """The model at its minimum against another noise."""
         self.progress.stage(messages.NOISE)
-        seen = last.model.against(last.model.data.in_floors(floors))
-        return (*path[:-1], last._replace(model=seen))
-
-    def _ready(self, path: tuple[Move, ...]) -> tuple[Move, ...]:
-        """The path for the next move. Its last model has steps that are fine enough, and the rate
-        of the rig's loop that its torques show. Where added effects leave more than noise, it is
-        seen against its own noise, if the error may be noise, and has the bending shapes it needs.
-        """
-        model = self._with_better_loop(self._finer(path[-1].model))
-        path = (*path[:-1], path[-1]._replace(model=model))
-        data, errors = model.data, model.refit.errors
-        if not self.added(model) or within_noise(data, errors):
-            return path
-        if not remaining_error(data, errors).above:
-            floors = higher_floors(model, self.options, True)
-            if floors is not None:
-                return self._ready(self._against(path, floors))
-        last = path[-1]
-        return (*path[:-1], last._replace(model=self._resolved(last.model)))
+        return Move(model.against(model.data.in_floors(floors)))
 
     def _resolved(self, model: FittedModel) -> FittedModel:
         """The model with the bending shapes that it needs."""
@@ -162,40 +187,26 @@ class Search:
         other = fit_model(data, model.effects, h.all_values(), self.progress.stopped)
         return other if other.refit.cost < model.refit.cost else model
 
-    def _without_moves_left(self, path: tuple[Move, ...]) -> Found:
-        """The path with moves until none improves the model."""
-        visited = {move.model.key: move.model.refit.cost for move in path}
-        proposed: tuple[str, ...] = ()
-        while not self.progress.stopped():
-            path = self._ready(path)
-            model = path[-1].model
-            move, proposed = self._addition(model)
-            move = move or self._reduction(model) or self._exchange(model)
-            if move is None or not _leads_on(move.model, visited):
-                break
-            visited[move.model.key] = move.model.refit.cost
-            path = (*path, move)
-        return Found(path, proposed)
-
     def added(self, model: FittedModel) -> tuple[Effect, ...]:
         """The effects of a model that nobody stated."""
         return model.effects[len(self.memo.stated) :]
 
-    def _addition(self, model: FittedModel) -> tuple[Move | None, tuple[str, ...]]:
-        """The move that adds what is missing most, or None; and the ids of the effects if the limit
-        keeps them out."""
-        most = self.options.max_effects - len(self.added(model))
+    def _addition(self, model: FittedModel) -> Move | None:
+        """The move that adds what is missing most."""
+        most, self.proposed = self.options.max_effects - len(self.added(model)), ()
         within = within_noise(model.data, model.refit.errors)
-        if within and self.memo.rounds:
-            return None, ()
+        if within and (self.added(model) or model.key in self.memo.rounds):
+            return None
         if most < 1 and not remaining_error(model.with_law_errors.data, model.refit.errors).above:
-            return None, ()
+            return None
         found = self._round(model, max(most, 1))
         effects = [w.screened.effect for w in found.added]
+        kinds = tuple(e.kind for e in effects)
         if not effects or most < 1:
-            return None, tuple(e.kind for e in effects)
+            self.proposed = kinds
+            return None
         after = FittedModel(found.data, found.after, (*model.effects, *effects))
-        return Move(after, listed([e.title for e in effects]), tuple(e.kind for e in effects)), ()
+        return Move(after, listed([e.title for e in effects]), kinds)
 
     def _round(self, model: FittedModel, most: int) -> Round:
         """Ranks the candidates on a model and tests the best; kept in the memo."""
@@ -203,7 +214,7 @@ class Search:
         title = messages.round_title(model.effects, bool(self.options.candidates))
         reports = self._callbacks(model, candidates)
         found = self.round_of(model, candidates, title, most, **reports)
-        self.memo.rounds[model.key] = ModelRound(model, found)
+        self.memo.keep(model, found)
         return found
 
     def round_of(
@@ -218,9 +229,8 @@ class Search:
         number = self.memo.titles[title]
         steps.begin(title if number == 1 else f"{title}, round {number}", len(candidates))
         return search_round(
-            data, refit, present, candidates, steps, most=most, check=self._check(model),
-            unseen=lambda w: self._unseen(data, w.refit), on_stage=steps.begin,
-            least_share=PROMISING_SHARE if model.within_laws else 0.0, **callbacks,
+            data, refit, present, candidates, steps, most=most, judge=self._judge(model),
+            on_stage=steps.begin, **callbacks,
         )  # fmt: skip
 
     def _callbacks(
@@ -274,11 +284,11 @@ class Search:
         after = fit_model(data, exchange.effects, values, self.progress.stopped)
         # The whitener knows the error of the model as it stands; one that leaves relevantly more
         # of it is no better explanation, whatever its colour says.
+        new = [e for e in exchange.effects if e not in model.effects]
         worse = after.refit.cost - model.refit.cost > RELEVANT * data.count
-        if worse or self._check(model)(after.data, after.refit):
+        if worse or self._judge(model).objection(after.data, after.refit, new):
             return None
         gone = tuple(e.title for e in model.effects if e not in exchange.effects)
-        new = [e for e in exchange.effects if e not in model.effects]
         title = f"{listed([e.title for e in new])} for {', '.join(gone)}"
         return Move(after, title, tuple(e.kind for e in new), gone)
 
@@ -292,18 +302,11 @@ class Search:
         h, stopped = model.refit.parametrised, self.progress.stopped
         return screen(data, h, model.effects, candidates, lambda _: stopped()), data
 
-    def _unseen(self, data: FitProblem, refit: Refit) -> float | None:
-        """Squared error per sample on recordings that no fit uses; None without any."""
-        fitted = self.memo.validation_fit(FittedModel(data, refit, ()))
-        return None if fitted is None else cost_of(fitted.errors) / fitted.data.count
-
-    def _check(self, model: FittedModel) -> ModelCheck:
+    def _judge(self, model: FittedModel) -> Judge:
         """What refuses a model that takes the place of this one."""
-        return model_check(model.data, model.refit, model.within_laws, self._unseen)
+        return Judge(model, self.memo.validation_fit)
 
 
-def _leads_on(model: FittedModel, visited: Mapping[tuple[str, ...], float]) -> bool:
-    """Whether a model is new, or at a better minimum than when it was visited: an effect that came
-    and went may have brought the others there."""
-    before = visited.get(model.key, math.inf)
-    return model.refit.cost < before - RELEVANT * model.data.count
+def _with_last(path: Path, model: FittedModel) -> Path:
+    """The path with its last model in this form."""
+    return (*path[:-1], path[-1]._replace(model=model))

@@ -12,17 +12,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
+from ..diagnose.acceptance import Acceptance, Round
 from ..diagnose.evidence import (
-    CLOSE,
+    RELEVANT,
+    WHOLE_SHARE,
     RefittedCandidate,
     assess_refit,
-    penalised_error,
     ranked_candidates,
     share_above_noise,
     unseen_decide,
 )
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, with_shared_motions
+from ..diagnose.fitted_model import FittedModel
+from ..diagnose.judgement import Judge, UnseenChange
+from ..diagnose.ladder_steps import ValidationFit
 from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.progress_messages import ACCEPTANCE, REFITS, SLOW_REFITS
@@ -39,16 +42,13 @@ from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings, vib
 from ..diagnose.remaining_error import within_noise
 from ..effects import catalogue
 from ..effects.effect import Effect, EffectParameter, Rig
-from ..least_squares import predicted_reduction
+from ..least_squares import cost_of, predicted_reduction
 from ..noise.whitening import Whitener
 from ..processors import thread_pool
 from ..sentences import listed
 
 REFITTED = 5
 """Candidates that are refitted: the best by score and by expected reduction."""
-
-LEAST_REACH = 1e-3
-"""Expected reduction per sample, in squared noise floors, below which no candidate is refitted."""
 
 
 OnProgress = Callable[[str], bool]
@@ -118,19 +118,15 @@ def search_round(
     data: FitProblem, before: Refit, present: Sequence[Effect], candidates: Sequence[Effect],
     on_progress: OnProgress, on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
-    check: ModelCheck = lambda _data, _refit: None,
-    unseen: Callable[[RefittedCandidate], float | None] = lambda _: None,
-    least_share: float = 0.0, on_stage: OnStage = lambda _title, _total: None,
+    judge: Judge | None = None, on_stage: OnStage = lambda _title, _total: None,
 ) -> Round:  # fmt: skip
     """Rank the candidates and converge the model with the best, if it is acceptable.
 
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
-    added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
-    `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
-    `least_share` (a share of the error above noise): effects that are not predicted to explain as
-    much are refitted only if they vibrate, which the screen may overlook, or as a set. `on_stage`
+    added; 0 only ranks, and `after` is `before`. What the `judge` refuses is not added. `on_stage`
     gets the title and the steps of what follows the screen.
     """
+    judge = judge or Judge(FittedModel(data, before, tuple(present)))
     data = with_shared_motions(data, before.parametrised)
     screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
     if on_screen is not None:
@@ -141,10 +137,8 @@ def search_round(
     # Within the noise nothing can be missing, whatever is explained below the floor.
     if stopped() or within_noise(data, before.errors):
         return found
-    chosen = _chosen(screened, data, before, present, least_share, stopped)
-    acceptance = Acceptance(
-        data, before, present, screened, len(candidates), stopped, check, least_share
-    )
+    chosen = _chosen(screened, data, before, present, stopped)
+    acceptance = Acceptance(data, before, present, screened, len(candidates), stopped, judge)
     failed: list[str] = []
     groups = _slow_starts_last(chosen, data, before, present)
     for title, group in zip((REFITS, SLOW_REFITS), groups, strict=False):
@@ -156,30 +150,48 @@ def search_round(
             on_refit(replace(found, refitted=tuple(ranked_candidates(refitted))))
         fitted = {w.screened.effect.kind for w in refitted}
         failed += [s.effect.title for s in group if s.effect.kind not in fitted]
-        ranked = unseen_decide(ranked_candidates(refitted), unseen) if refitted else []
+        ranked = _ranked(refitted, data, judge)
         found = replace(found, refitted=tuple(ranked), failed_refits=tuple(failed))
         if stopped():
             break
         last = group is groups[-1]
         if last or (ranked and within_noise(data, ranked[0].refit.errors)):
             on_stage(ACCEPTANCE, None)
-            accepted = _accept(found, acceptance, most)
+            accepted = acceptance.accept(ranked, most)
             if accepted.added or last:
                 return replace(accepted, failed_refits=found.failed_refits)
     return found
 
 
+def _ranked(
+    refitted: list[RefittedCandidate], data: FitProblem, judge: Judge
+) -> list[RefittedCandidate]:
+    """Best first, by the recordings that no fit has used where there are some."""
+
+    def fitted(w: RefittedCandidate) -> ValidationFit | None:
+        return judge.validation_fit(FittedModel(data, w.refit, ()))
+
+    def unseen(w: RefittedCandidate) -> float:
+        found = fitted(w)
+        return np.nan if found is None else cost_of(found.errors) / found.data.count
+
+    def surely_worse(best: RefittedCandidate, w: RefittedCandidate) -> bool:
+        a, b = fitted(best), fitted(w)
+        return a is not None and b is not None and UnseenChange.between(a, b).surely_worse
+
+    return unseen_decide(ranked_candidates(refitted), unseen, surely_worse)
+
+
 def _chosen(
     screened: Screen, data: FitProblem, before: Refit, present: Sequence[Effect],
-    least_share: float, stopped: Callable[[], bool],
+    stopped: Callable[[], bool],
 ) -> list[ScreenedCandidate]:  # fmt: skip
     """The candidates that are refitted, with those that they become at an end of their range."""
     chosen = most_promising(screened, data.count)
-    predicted = predicted_share(screened, data, before)
+    most = max((s.largest_reduction for s in screened.candidates), default=0.0)
+    predicted = share_above_noise(most, before.cost, data.count)
     if chosen and predicted < WHOLE_SHARE:
-        least = max(predicted, least_share)
-        chosen = [] if predicted < least_share else chosen
-        chosen = chosen + vibrating(screened, chosen, data, before, present, least, stopped)
+        chosen = chosen + vibrating(screened, chosen, data, before, present, predicted, stopped)
     special = {kind for s in chosen for kind in s.effect.special_cases}
     others = [s for s in screened.candidates if s.effect.kind in special and s not in chosen]
     return chosen + others
@@ -194,17 +206,6 @@ def _slow_starts_last(
     slow = [s for s in chosen if s.scanned and vibrates(data, base, [*present, s.effect], s.values)]
     first = [s for s in chosen if s not in slow]
     return [first, slow] if slow and first else [first or slow]
-
-
-def _accept(found: Round, acceptance: Acceptance, most: int) -> Round:
-    """The round with the acceptable effects among the refitted ones."""
-    count, before, refitted = found.data.count, found.before, list(found.refitted)
-    best = refitted[0].refit if refitted else before
-    left = share_above_noise(best.cost - count, before.cost, count)
-    joint, together = acceptance.try_sets(
-        refitted, most, allowed=most > 1 and left > 1.0 - WHOLE_SHARE
-    )
-    return joint or acceptance.try_single(refitted, together, most)
 
 
 def _refit_candidates(
@@ -227,7 +228,7 @@ def _refit_candidates(
 
     with thread_pool(len(chosen)) as pool:
         runners = list(pool.map(begin, chosen))
-        continuing = still_competitive(runners, before, data.count)
+        continuing = still_competitive(runners, data.count)
         waiting = {
             pool.submit(finish_refit, data, runner, on, screened.whitener, stopped): s
             for s, runner, on in zip(chosen, runners, continuing, strict=True)
@@ -236,13 +237,6 @@ def _refit_candidates(
             refit = done.result()
             if np.isfinite(refit.cost):
                 yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
-
-
-def predicted_share(screened: Screen, data: FitProblem, before: Refit) -> float:
-    """Share of the error above noise that the screen predicts for the best effect alone: sets of
-    them bend to whatever is left."""
-    most = max((s.largest_reduction for s in screened.candidates), default=0.0)
-    return share_above_noise(most, before.cost, data.count)
 
 
 def vibrating(
@@ -268,7 +262,7 @@ def vibrating(
 
 def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
     """Half of the best by whitened score, the rest by largest reduction."""
-    within = [s for s in screened.candidates if s.largest_reduction > LEAST_REACH * count]
+    within = [s for s in screened.candidates if s.largest_reduction >= RELEVANT * count]
     by_score = sorted(within, key=lambda s: -s.score)
     by_reduction = sorted(within, key=lambda s: -s.largest_reduction)
     chosen: dict[str, ScreenedCandidate] = {}
@@ -280,8 +274,8 @@ def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
 
 
 OPTIMISM = 2.0
-"""Factor on the predicted reduction of the next step. A descent whose steps halve the remainder
-ends there; a slower one cannot catch up a lead of CLOSE."""
+"""Factor on the predicted reduction of the next step, as a descent whose steps halve the remainder
+ends there; and on the error above noise of the best, within which a refit goes on."""
 
 
 @dataclass(frozen=True)
@@ -331,14 +325,8 @@ def finish_refit(
     return with_precise_errors(data, refit, whitener)
 
 
-def still_competitive(runners: Sequence[PartialRefit], base: Refit, count: int) -> list[bool]:
-    """Whether each refit's penalised error may still come within CLOSE of the best one."""
-    own = [len(r.refit.parametrised.unknowns) - len(base.parametrised.unknowns) for r in runners]
-
-    def penalised_at(cost: float, parameters: int) -> float:
-        return penalised_error(base.cost, cost, count, parameters)
-
-    best = min(
-        (penalised_at(r.refit.cost, n) for r, n in zip(runners, own, strict=True)), default=0.0
-    )
-    return [penalised_at(r.bound, n) <= best + CLOSE for r, n in zip(runners, own, strict=True)]
+def still_competitive(runners: Sequence[PartialRefit], count: int) -> list[bool]:
+    """Whether each refit may still leave about as little above the noise as the best one now."""
+    best = min((r.refit.cost for r in runners), default=0.0)
+    most = count + OPTIMISM * max(best - count, RELEVANT * count)
+    return [r.bound <= most for r in runners]

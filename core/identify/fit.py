@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from ..drives.servo import FollowingServo
 from ..identify.defect_correction import corrected_minimum, with_enough_steps
 from ..identify.estimates import SearchResult, summarise_fit
 from ..identify.fit_starts import refine_from_starts, search, several_starts, uses_evolution
@@ -85,6 +86,38 @@ def _with_corrected_steps(
     return fine, replace(fit_at(fine, descended), slopes=descended.slopes)
 
 
+class Minimum(NamedTuple):
+    """Where descents from several starts ended."""
+
+    residuals: Residuals
+    """In steps that are fine enough, for the rate of the rig's loop that leaves less error."""
+    fit: RefinedFit
+    servo: FollowingServo | None
+    """With another rate of the loop, where that leaves less error."""
+    agreement: str
+    """Whether the starts agree, as a sentence."""
+
+
+def minimum_from_starts(
+    residuals: Residuals, starts: Sequence[np.ndarray], searched: bool, progress: Progress
+) -> Minimum:
+    """The minimum that the best of the starts (P,) leads to, the first one first. `searched`: the
+    first start is the end of a search."""
+    expensive = residuals.predictor.simulation_is_expensive
+    if expensive:
+        residuals = _stoppable(partial(with_enough_steps, residuals, starts[0])) or residuals
+    fit, agreement = refine_from_starts(residuals, starts, searched, progress)
+    servo = None
+    if expensive and not progress.stopped():
+        servo = _stoppable(partial(better_loop, residuals, fit.vector))
+    if servo is not None:
+        other = with_servo(residuals, servo)
+        again = refine_from_starts(other, [fit.vector], False, progress)[0]
+        if again.cost < fit.cost:
+            return Minimum(other, again, servo, agreement)
+    return Minimum(residuals, fit, None, agreement)
+
+
 def _searched(
     label: str, residuals: Residuals, spec: IdentifySpec, progress: Progress
 ) -> SearchResult:
@@ -100,30 +133,31 @@ def _searched(
         starts = [start if searched is None else searched.vector, start]
     else:
         starts = several_starts(residuals, start, spec)
-    if expensive and spec.refine and len(unknowns):
+    history = searched.generations if searched is not None else ()
+    stopped = (searched is not None and searched.stopped) or progress.stopped()
+    if not len(unknowns) or stopped or not spec.refine:
+        residuals, fit = _without_descent(residuals, starts[0], expensive and not stopped)
+        return SearchResult(residuals, fit, history, "", stopped)
+    if expensive:
         progress.advance(0, "starting with the first vibrations of each recording")
         nearer = partial(starts_over_horizon, residuals, starts, lambda _: progress.stopped())
         starts = _stoppable(nearer) or starts
-    if expensive:
-        residuals = _stoppable(partial(with_enough_steps, residuals, starts[0])) or residuals
-    stopped = (searched is not None and searched.stopped) or progress.stopped()
-    if not len(unknowns) or stopped or not spec.refine:
-        best = starts[0]
-        with use_progress(None):
-            if expensive and not stopped and (servo := better_loop(residuals, best)) is not None:
-                residuals = with_servo(residuals, servo)
-            cost = float(np.sum(residuals(best) ** 2))
-        fit, agreement = RefinedFit(best, cost, np.nan, False), ""
-    else:
-        fit, agreement = refine_from_starts(residuals, starts, searched is not None, progress)
-        if expensive and not progress.stopped():
-            servo = _stoppable(partial(better_loop, residuals, fit.vector))
-            if servo is not None:
-                residuals = with_servo(residuals, servo)
-                fit = refine_from_starts(residuals, [fit.vector], False, progress)[0]
-            rough = fit
-            exact = _stoppable(lambda: _with_corrected_steps(residuals, rough, progress.stopped))
-            residuals, fit = exact or (residuals, rough)
-        stopped = progress.stopped()
-    history = searched.generations if searched is not None else ()
-    return SearchResult(residuals, fit, history, agreement, stopped)
+    end = minimum_from_starts(residuals, starts, searched is not None, progress)
+    residuals, fit = end.residuals, end.fit
+    if expensive and not progress.stopped():
+        exact = _stoppable(lambda: _with_corrected_steps(residuals, fit, progress.stopped))
+        residuals, fit = exact or (residuals, fit)
+    return SearchResult(residuals, fit, history, end.agreement, progress.stopped())
+
+
+def _without_descent(
+    residuals: Residuals, vector: np.ndarray, expensive: bool
+) -> tuple[Residuals, RefinedFit]:
+    """The fit at a vector (P,), which is not refined."""
+    with use_progress(None):
+        if expensive:
+            residuals = with_enough_steps(residuals, vector)
+            servo = better_loop(residuals, vector)
+            residuals = residuals if servo is None else with_servo(residuals, servo)
+        cost = float(np.sum(residuals(vector) ** 2))
+    return residuals, RefinedFit(vector, cost, np.nan, False)

@@ -13,11 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..drives.servo import FollowingServo
+from ..identify.defect_correction import minimum_along
 from ..identify.predictor import MotionCache
 from ..identify.prepared_recording import for_model
 from ..identify.processing import TORQUE
 from ..identify.residuals import Residuals
-from ..least_squares import cost_of
+from ..least_squares import bounds_and_prior, cost_of
 from ..model import Model
 
 FASTER_LOOP = (
@@ -36,14 +37,18 @@ def with_faster_loop(model: Model) -> Model:
 
 
 def better_loop(residuals: Residuals, vector: np.ndarray) -> FollowingServo | None:
-    """The virtual servo for the other rate of the loop, where it leaves less error at a `vector`
-    (P,); None where it does not, and where no torque is compared."""
+    """The virtual servo for the other rate of the loop, where it leaves less error near a `vector`
+    (P,), once the unknowns have followed by a linear step: a friction that is fitted with the wrong
+    rate makes up for a part of it. None where it does not, and where no torque is compared."""
     servo = residuals.experiments[0].model.steering
     if servo is None or TORQUE not in residuals.experiments[0].kinds:
         return None
     other = replace(servo, faster_loop=not servo.faster_loop)
     before, after = (replace(r, anchor=None) for r in (residuals, with_servo(residuals, other)))
-    return other if cost_of(after.blocks(vector)) < cost_of(before.blocks(vector)) else None
+    slopes = after.sensitivities(vector, central=False)
+    limits = bounds_and_prior(residuals.unknowns.parameters)
+    end = minimum_along(slopes, after.blocks(vector), vector, limits)
+    return other if end.cost < cost_of(before.blocks(vector)) else None
 
 
 def with_servo(residuals: Residuals, servo: FollowingServo) -> Residuals:

@@ -11,9 +11,9 @@ from itertools import zip_longest
 
 import numpy as np
 
-from ..diagnose.acceptance import WHOLE_SHARE, Round
+from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.evidence import CLOSE, LEAST_SHARE, RefittedCandidate, acceptable
+from ..diagnose.evidence import LEAST_SHARE, WHOLE_SHARE, RefittedCandidate, certain
 from ..diagnose.fit_problem import parameter_names
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import Noise, estimates
@@ -55,6 +55,9 @@ MOST_CLOSE = 8
 
 MOST_LAWS = 4
 """Short laws that are refitted."""
+
+CLOSE = 0.3
+"""In the logarithm of the share that is left: two laws that leave about as much."""
 
 SAME = 0.01
 """Relative difference below which two laws are one."""
@@ -242,7 +245,8 @@ class _Proposing:
         chosen = [(best, found.after)]
         noise = not remaining_error(found.data, found.after.errors).above
         for w in found.refitted:
-            close = w.penalised_error <= best.penalised_error + CLOSE and acceptable(w)
+            close = logarithm(1.0 - w.reduction) <= logarithm(1.0 - best.reduction) + CLOSE
+            close = close and certain(w) and w.reduction >= LEAST_SHARE
             close = close and not (noise and remaining_error(found.data, w.refit.errors).above)
             new = w.screened is not best.screened and id(w.screened) not in refused
             if close and new and len(chosen) < MOST_CARRIERS:
@@ -266,7 +270,7 @@ class _Proposing:
             terms=tuple(_term(term, grown, names) for term in at.terms), explained=w.reduction,
             rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
             unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),
-            delta_bic=w.delta_bic if fall is None else fall, relative=relative,
+            delta_bic=w.gain if fall is None else fall, relative=relative,
             likeness=likeness, left=left,
         )  # fmt: skip
 

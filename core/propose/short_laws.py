@@ -12,7 +12,6 @@ import numpy as np
 import scipy
 
 from ..arm.arm import Arm
-from ..diagnose.evidence import PARAMETER_PRICE
 from ..effects.effect import Effect
 from ..effects.own_formula import own_parameter
 from ..effects.own_reading import own_law
@@ -33,6 +32,9 @@ SMALL = 1e-3
 
 MOST_MOVED = 10.0
 """Factor by which a refit may move a scale."""
+
+PARAMETER_PRICE = 0.05
+"""Per parameter, in the logarithm of the share that is left."""
 
 DIGITS = 6
 """Of a place that is no unknown."""

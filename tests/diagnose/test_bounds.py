@@ -9,10 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.acceptance import near_neutral_objection
 from flexgui.core.diagnose.cost_minimum import converge
-from flexgui.core.diagnose.evidence import at_bounds, ended_at_bound, reduction_beyond_bound
 from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
+from flexgui.core.diagnose.judgement import at_bounds, indistinct, reduction_beyond_bound
 from flexgui.core.diagnose.refit import Refit, fit, robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
@@ -93,7 +92,6 @@ def test_a_size_that_the_recordings_want_beyond_its_bound_is_said_with_the_bound
     data, found = pressed(5.5)
     [(kind, objection)] = at_bounds(found, data, bare().base)
     assert kind == "viscous_friction" and (objection.bound, objection.unit) == (5.5, "N m s/rad")
-    assert ended_at_bound(found, data, bare().base) == objection
 
 
 def test_a_bound_that_a_person_stated_refuses_nothing() -> None:
@@ -143,10 +141,7 @@ def fitted(*kinds: str) -> Refit:
 
 def objection(kind: str, *others: str) -> Objection | None:
     after = fitted(kind, *others)
-    labels = after.parametrised.unknowns.labels
-    own = effect(kind).parameters(bare().data.rig.arm, bare().data.rig.drive, bare().data.sizes)
-    names = tuple(k.parameter.name for k in own if k.parameter.name in labels and not k.secondary)
-    return near_neutral_objection([SimpleNamespace(effect=effect(kind), parameters=names)], after)
+    return indistinct(after, [effect(kind)])
 
 
 def test_a_friction_that_is_there_is_distinct() -> None:
@@ -165,5 +160,4 @@ def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> No
     h = there.parametrised
     after = replace(there, parametrised=h.at(np.minimum(h.vector, h.limits.lower)))
     assert not np.isfinite(np.diag(robust_covariance(after))).any()
-    friction = SimpleNamespace(effect=effect("viscous_friction"), parameters=("fv1", "fv2"))
-    assert near_neutral_objection([friction], after) is None
+    assert indistinct(after, [effect("viscous_friction")]) is None

@@ -13,9 +13,8 @@ import pytest
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.cost_minimum import converge, with_simulated_deviations
 from flexgui.core.diagnose.fit_problem import parametrised
-from flexgui.core.diagnose.fitted_model import FittedModel, fit_model, screen_against
+from flexgui.core.diagnose.fitted_model import FittedModel, fit_model
 from flexgui.core.diagnose.ladder import ladder
-from flexgui.core.diagnose.linear_screen import screen
 from flexgui.core.diagnose.memo import Memo
 from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
 from flexgui.core.diagnose.refit import Refit, with_robust_covariance
@@ -97,20 +96,6 @@ def test_a_model_against_another_noise_is_the_one_that_a_fit_in_that_noise_finds
     assert seen.refit.cost == pytest.approx(again.refit.cost, rel=LINEAR)
     back = seen.against(model.data)
     assert back.refit.cost == pytest.approx(model.refit.cost, rel=LINEAR)
-
-
-def test_a_screen_against_another_noise_is_the_one_that_is_simulated_in_it() -> None:
-    given, like = with_floors(LARGER), bare().data
-    data = replace(given.data, anchor=None)
-    candidates = [effect("viscous_friction"), effect("torque_offset")]
-    first = screen(data, given.refit.parametrised, (), candidates)
-    seen = replace(given, data=data).against(like)
-    other = screen_against(first, seen.refit, data, seen.data)
-    scale = LARGER**2
-    for a, b in zip(first.candidates, other.candidates, strict=True):
-        assert a.effect is b.effect
-        assert b.cost_reduction == pytest.approx(scale * a.cost_reduction, rel=LINEAR)
-        assert b.score == pytest.approx(a.score, rel=LINEAR)
 
 
 def test_all_that_is_stated_is_against_the_last_noise() -> None:

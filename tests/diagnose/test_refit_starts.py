@@ -11,6 +11,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
+from flexgui.core.diagnose.cost_minimum import other_start
 from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.refit import fit
 from flexgui.core.diagnose.refit_starts import (
@@ -19,7 +20,6 @@ from flexgui.core.diagnose.refit_starts import (
     Values,
     grids,
     profile_costs,
-    start_from_nominal,
     starts,
 )
 from flexgui.core.drives.velocity_loop import VelocityLoop
@@ -171,14 +171,14 @@ def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_valu
     values = {**wrong, "cb": compliance(ARM, 60.0)}
     stuck = fit(parametrised(known, [BASE], values), None, lambda: False, 10).parametrised
     assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
-    found = start_from_nominal(known, stuck, lambda: False)
-    assert found is not None and apart(found) < FOUND
+    found = other_start(known, stuck, lambda: False)
+    assert found is not None and apart(found.values()) < FOUND
 
 
 def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: FitProblem) -> None:
     at = parametrised(stated(data, 1.0), [BASE], TRUTH)
-    assert start_from_nominal(stated(data, 1.0), at, lambda: False) is None
-    assert start_from_nominal(stated(data, AWAY), at, lambda: False) is None
+    assert other_start(stated(data, 1.0), at, lambda: False) is None
+    assert other_start(stated(data, AWAY), at, lambda: False) is None
 
 
 def test_one_joint_may_be_much_softer_than_the_next() -> None:

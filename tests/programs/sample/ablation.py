@@ -64,7 +64,7 @@ def _own_start(values: Any) -> Callable[..., Any]:
 
 SWITCHES: Mapping[str, Sequence[Patch]] = {
     "progressive horizon, refits": [("core.diagnose.refit_starts._informative_share", _none)],
-    "nominal start of a minimum": [("core.diagnose.cost_minimum.start_from_nominal", _none)],
+    "nominal start of a minimum": [("core.diagnose.cost_minimum.other_start", _none)],
     "nominal start of a refit": [("core.diagnose.refit_starts.differs_from_nominal", _no)],
     "progressive horizon, identification": [
         ("core.identify.fit.starts_over_horizon", _starts),
@@ -89,7 +89,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "noise per recording": [("core.noise.output_noise.noise_ratios", lambda r: np.ones(len(r)))],
     "next experiments": [("core.diagnose.ladder.deciding_experiments", lambda *_: ())],
     "validation as a gate": [
-        ("core.diagnose.search.fit_validation", _none),
+        ("core.diagnose.judgement.Judge.unseen", _none),
     ],
 }  # fmt: skip
 
