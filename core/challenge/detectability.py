@@ -52,7 +52,7 @@ class Detectability:
         weights = [np.array([1.0 / STDS[n] for n, _ in e.channels]) for e in prepared]
         residuals = Residuals(Predictor(prepared, unknowns, {}), weights)
         at = unknowns.parameters.vector()
-        slopes = with_enough_steps(residuals, at).sensitivities(at)
+        slopes = with_enough_steps(residuals, at).slopes(at)
         S = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
         S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
         U, s, _ = np.linalg.svd(S, full_matrices=False)

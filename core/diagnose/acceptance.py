@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..diagnose.cost_minimum import converge
 from ..diagnose.effect_sets import best_effect_set
 from ..diagnose.evidence import (
     LEAST_SHARE,
@@ -19,13 +18,13 @@ from ..diagnose.evidence import (
     share_above_noise,
     small_share,
 )
-from ..diagnose.fit_problem import FitProblem
 from ..diagnose.force_shape_refinement import refine_force_shape
 from ..diagnose.judgement import Judge, at_bounds, indistinct
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
-from ..diagnose.refit import Refit, refit_with
-from ..diagnose.remaining_error import within_noise
 from ..effects.effect import Effect
+from ..estimate.fit_result import FitResult, refit_with
+from ..estimate.minimum import converge
+from ..estimate.problem import FitData, within_noise
 from ..results import Objection, Reason
 
 
@@ -45,9 +44,9 @@ class Round:
     refitted: tuple[RefittedCandidate, ...]
     """Best first."""
     accepted: RefittedCandidate | None
-    before: Refit
-    after: Refit
-    data: FitProblem
+    before: FitResult
+    after: FitResult
+    data: FitData
     """Anchored at `after`."""
     added: tuple[RefittedCandidate, ...] = ()
     """The effects that lead from `before` to `after`, in the order of what each explains."""
@@ -70,8 +69,8 @@ MOST_TRIED = 3
 class Acceptance:
     """What the checks of one round need."""
 
-    data: FitProblem
-    before: Refit
+    data: FitData
+    before: FitResult
     present: Sequence[Effect]
     seen: Screen
     candidate_count: int
@@ -126,12 +125,12 @@ class Acceptance:
                 return replace(joint or still, refusals=refusals)
         return replace(still, refusals=refusals)
 
-    def _explains(self, after: Refit) -> bool:
+    def _explains(self, after: FitResult) -> bool:
         """Whether a model explains nearly all of the error above the noise."""
         reduction = self.before.cost - after.cost
         return share_above_noise(reduction, self.before.cost, self.data.count) >= WHOLE_SHARE
 
-    def _objection(self, w: RefittedCandidate, data: FitProblem, after: Refit) -> Objection | None:
+    def _objection(self, w: RefittedCandidate, data: FitData, after: FitResult) -> Objection | None:
         """Why a converged effect is rejected; None if it is accepted. One that explains a small
         share stands only where unseen recordings confirm it: it may imitate what is not listed."""
         objection = self.judge.objection(data, after, [w.screened.effect], larger=True)
@@ -141,18 +140,18 @@ class Acceptance:
         confirmed = unseen is not None and unseen.surely_better
         return None if confirmed else small_share(w)
 
-    def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, FitProblem, Refit]:
+    def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, FitData, FitResult]:
         """The candidate, converged, with its best shape and the share of the error that a ladder
         step shows. Its evidence stays that of the round, in which all were refitted alike."""
-        data, after = converge(self.data, best.refit.parametrised, self.seen.whitener, self.stopped)
+        data, after = converge(self.data, best.refit.problem, self.seen.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [best.screened.effect, *self.present])
         count = self.data.count
         step = assess_refit(best.screened, self.before, after, count, self.candidate_count)
         return replace(best, reduction=step.reduction, explained=step.explained), data, after
 
     def _with_force_shapes(
-        self, data: FitProblem, after: Refit, effects: Sequence[Effect]
-    ) -> tuple[FitProblem, Refit]:
+        self, data: FitData, after: FitResult, effects: Sequence[Effect]
+    ) -> tuple[FitData, FitResult]:
         """Converged again with the best shape of each effect. A new effect can reveal the shape of
         an earlier one as long as an error is left. The new effect's shape is always refined: a
         wrong one may leave no more than noise, too."""
@@ -162,18 +161,16 @@ class Acceptance:
                 break
             reshaped = refine_force_shape(data, after, effect, self.stopped)
             if reshaped is not after:
-                data, after = converge(
-                    data, reshaped.parametrised, self.seen.whitener, self.stopped
-                )
+                data, after = converge(data, reshaped.problem, self.seen.whitener, self.stopped)
         return data, after
 
     def _refit(
         self, members: Sequence[ScreenedCandidate], values: Mapping[str, float],
         scanned: Sequence[str],
-    ) -> Refit:  # fmt: skip
+    ) -> FitResult:  # fmt: skip
         effects = [*self.present, *[s.effect for s in members]]
         return refit_with(
-            self.data, self.before.parametrised, effects, values, self.seen.whitener,
+            self.data, self.before.problem, effects, values, self.seen.whitener,
             self.seen.slopes, scanned, self.stopped,
         )  # fmt: skip
 
@@ -182,7 +179,7 @@ class Acceptance:
     ) -> tuple[Round | None, set[str]]:
         """(round that adds the set, or None; kinds of the set that were refuted)."""
         kinds = {s.effect.kind for s in members}
-        sizes = {w.screened.effect.kind: w.refit.parametrised.values() for w in refitted}
+        sizes = {w.screened.effect.kind: w.refit.problem.values() for w in refitted}
         values: dict[str, float] = {}
         for s in members:
             own = dict(s.values)
@@ -192,10 +189,10 @@ class Acceptance:
             return None, set()
         if not self._explains(joint):
             return None, {kind for kind, _ in at_bounds(joint, self.data, self.before)}
-        data, after = converge(self.data, joint.parametrised, self.seen.whitener, self.stopped)
+        data, after = converge(self.data, joint.problem, self.seen.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [s.effect for s in members])
         refuted = {kind for kind, _ in at_bounds(after, data, self.before)}
-        left = {e.kind for e in after.parametrised.model.effects}
+        left = {e.kind for e in after.problem.model.effects}
         kept = [s for s in members if s.effect.kind in left]
         if len(kept) < 2 or indistinct(after, [s.effect for s in kept]):
             return None, refuted & kinds

@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.cost_minimum import converge
-from ..diagnose.fit_problem import FitProblem, parametrised
-from ..diagnose.ladder_steps import ValidationFit, fit_validation
-from ..diagnose.refit import Refit
-from ..diagnose.step_choice import with_enough_substeps
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
+from ..estimate.fit_result import FitResult
+from ..estimate.minimum import converge, with_enough_substeps
+from ..estimate.problem import FitData, problem_of
+from ..estimate.validation import ValidationFit, fit_validation
 from ..identify.fit import minimum_from_starts
 from ..identify.fit_unknowns import unknowns_with_starts
 from ..identify.prepared_recording import Prepared, can_measure, prepare
@@ -34,9 +33,9 @@ from ..sensors.sensor import Sensor
 class BaseFit:
     """The base model, fitted; the ladder starts there."""
 
-    data: FitProblem
-    base: Refit
-    validation: FitProblem | None = None
+    data: FitData
+    base: FitResult
+    validation: FitData | None = None
     """Validation recordings, which no fit uses."""
     cached_fit: ValidationFit | None = None
     """The base model on them, if known already."""
@@ -48,10 +47,10 @@ class BaseFit:
 
     def validation_data(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]
-    ) -> FitProblem | None:
+    ) -> FitData | None:
         """The same comparison on validation recordings; None if they have none of its outputs."""
         outputs = self.data.experiments[0].outputs
-        model = self.base.parametrised.model
+        model = self.base.problem.model
         usable = [r for r in recordings if any(can_measure(model, r, s) for s in outputs)]
         experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in usable)
         if not experiments:
@@ -90,11 +89,11 @@ def fit_base(
     fixed = fixed_values(model, spec, Unknowns(nuisance))
     weights = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model
-    data = FitProblem(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), 1)
+    data = FitData(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), 1)
     bounded = _fixed_and_bounded(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **bounded)
     start = {**model.effect_values}
-    first, second = (parametrised(data, effects, {**start, **x}) for x in ({}, identified or {}))
+    first, second = (problem_of(data, effects, {**start, **x}) for x in ({}, identified or {}))
     end = minimum_from_starts(first.residuals, [first.vector, second.vector], False, progress)
     if end.servo is not None:
         data = data.for_bare(bare.steered_by(end.servo))
@@ -107,7 +106,7 @@ def fit_base(
     data = replace(data, sizes=sizes).in_floors(floors)
     values = {**start, **rough.values()}
     data = with_enough_substeps(data, effects, values)
-    data, base = converge(data, parametrised(data, effects, values), None, progress.stopped)
+    data, base = converge(data, problem_of(data, effects, values), None, progress.stopped)
     return BaseFit(data, base)
 
 

@@ -12,16 +12,14 @@ from dataclasses import replace
 
 from ..arm.arm import Arm
 from ..arm.segment import MAX_MODES
-from ..diagnose.cost_minimum import converge
-from ..diagnose.evidence import RELEVANT, TIE
-from ..diagnose.fit_problem import FitProblem, parametrised
-from ..diagnose.fitted_model import FittedModel
+from ..diagnose.evidence import TIE
 from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
-from ..diagnose.refit import COMPARED_SUBSTEPS, fit, with_whitened_cost
-from ..diagnose.refit_starts import ROUGH_ITERATIONS, nominal_values
-from ..diagnose.remaining_error import within_noise
-from ..diagnose.step_choice import with_enough_substeps
+from ..estimate.fit_result import COMPARED_SUBSTEPS, fit, with_whitened_cost
+from ..estimate.fitted_model import FittedModel
+from ..estimate.minimum import RELEVANT, converge, with_enough_substeps
+from ..estimate.problem import FitData, problem_of, within_noise
+from ..estimate.starts import ROUGH_ITERATIONS, nominal_values
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
 
@@ -71,13 +69,13 @@ def _reshaped(
         yield None if other is None else other.against(model.data)
 
 
-def _promises_more(model: FittedModel, data: FitProblem) -> bool:
+def _promises_more(model: FittedModel, data: FitData) -> bool:
     """Whether the shapes of `data` are worth a fit: by the linear estimate of what they explain,
     with all other parameters free."""
-    at = model.refit.parametrised
-    h = parametrised(data, model.effects, at.all_values())
+    at = model.refit.problem
+    problem = problem_of(data, model.effects, at.all_values())
     residual, slopes = list(model.refit.errors), list(model.refit.descended.slopes)
-    change = [[a - b for a, b in zip(residual, h.errors(h.vector), strict=True)]]
+    change = [[a - b for a, b in zip(residual, problem.errors(problem.vector), strict=True)]]
     prior = at.limits.prior_measurements(at.vector)
     plain = gram_matrix(residual, slopes, change, no_whitening, prior)
     remainders = remainders_of(plain, residual, slopes, change)
@@ -93,26 +91,26 @@ def _needed(model: FittedModel, likelier: float) -> bool:
     return likelier > (TIE if exact else max(TIE, RELEVANT * model.data.count))
 
 
-def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel | None:
+def _with_shapes(data: FitData, model: FittedModel, stopped: StopCheck) -> FittedModel | None:
     """The model with the shapes of `data`, fitted from the current and from the nominal values;
     None where its error stays larger."""
-    at = model.refit.parametrised.all_values()
+    at = model.refit.problem.all_values()
     starts = [
-        parametrised(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
+        problem_of(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
     ]
-    best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
+    best = min(starts, key=lambda problem: cost_of(problem.errors(problem.vector)))
     first = fit(best, None, stopped, ROUGH_ITERATIONS)
     if first.cost > model.refit.cost + RELEVANT * data.count:
         return None
-    return FittedModel(*converge(data, first.parametrised, None, stopped), model.effects)
+    return FittedModel(*converge(data, first.problem, None, stopped), model.effects)
 
 
-def data_with_modes(data: FitProblem, modes: tuple[int, ...], model: FittedModel) -> FitProblem:
+def data_with_modes(data: FitData, modes: tuple[int, ...], model: FittedModel) -> FitData:
     """The same recordings for an arm with so many shapes per segment, in steps that are fine
     enough for the effects and values of a model."""
     other = data.for_bare(replace(data.bare, arm=arm_with_modes(data.bare.arm, modes)))
     # No anchor corrects them, so they take the steps of errors that are compared.
-    values = model.refit.parametrised.all_values()
+    values = model.refit.problem.all_values()
     return with_enough_substeps(other, model.effects, values, COMPARED_SUBSTEPS)
 
 

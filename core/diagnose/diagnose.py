@@ -8,15 +8,12 @@ from dataclasses import replace
 
 from ..arm.arm import Arm
 from ..diagnose.base_fit import BaseFit, fit_base
-from ..diagnose.cost_minimum import converge_precisely, with_simulated_deviations
 from ..diagnose.final_results import (
     compare_with_recordings,
     effect_settings,
     final_parameters,
     parameter_origins,
 )
-from ..diagnose.fit_problem import FitProblem
-from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder import Ladder, ladder
 from ..diagnose.memo import Memo
 from ..diagnose.noise_update import current_floors
@@ -27,6 +24,9 @@ from ..diagnose.search_options import Options, RankingCallback
 from ..diagnose.search_round import not_applicable, ruled_out
 from ..effects import catalogue, with_included
 from ..errors import InputError
+from ..estimate.fitted_model import FittedModel
+from ..estimate.minimum import converge_precisely, with_simulated_deviations
+from ..estimate.problem import FitData
 from ..identify.setup import Setup
 from ..information_criteria import with_evidence
 from ..precompile import precompile_arms
@@ -72,7 +72,7 @@ def diagnose(
     if on_end is not None:
         on_end(final_fit)
     remaining, base_error = (
-        remaining_error(m.data, m.refit.errors, m.refit.parametrised) for m in (last, first)
+        remaining_error(m.data, m.refit.errors, m.refit.problem) for m in (last, first)
     )
     added, stopped = last.effects[len(stated) :], progress.stopped()
     steps = climbed.steps(memo)
@@ -96,7 +96,7 @@ def diagnose(
         given=compare_with_recordings(memo.base_fit(first)) if compared else (),
         left=compare_with_recordings(final_fit) if compared and added else (),
         parameters=final_parameters(last.refit),
-        origins=parameter_origins(last.refit), values=last.refit.parametrised.values(),
+        origins=parameter_origins(last.refit), values=last.refit.problem.values(),
         proposed=proposed, shapes=_further_shapes(last, base.data.bare.arm),
         unstated_noise=_unstated_noise(last.data, options.stated_noise),
         noise=climbed.noise.products,
@@ -128,7 +128,7 @@ def _needless(found: Found) -> tuple[str, ...]:
     return tuple(title for title in removed if title not in kept)
 
 
-def _unstated_noise(data: FitProblem, stated: Mapping[str, float]) -> tuple[str, ...]:
+def _unstated_noise(data: FitData, stated: Mapping[str, float]) -> tuple[str, ...]:
     """Settings of the compared sensors and, where a servo follows them, of the encoders, whose
     noise nobody stated."""
     arm, outputs = data.bare.arm, data.experiments[0].outputs

@@ -14,12 +14,9 @@ import numpy as np
 import scipy
 
 from ..diagnose.linear_screen import ScreenedCandidate
-from ..diagnose.refit import Refit
+from ..estimate.fit_result import FitResult
+from ..estimate.minimum import RELEVANT
 from ..results import Objection, Reason
-
-RELEVANT = 0.04
-"""Least explained squared error per sample, in squared noise floors: 0.2 of the noise floor's rms.
-With thousands of samples far less is significant, but not relevant."""
 
 TIE = 10.0
 """Difference of BIC below which two models tie; above, the evidence is called very strong (Kass and
@@ -40,7 +37,7 @@ class RefittedCandidate:
     """A refitted candidate compared with the base model."""
 
     screened: ScreenedCandidate
-    refit: Refit
+    refit: FitResult
     parameters: int
     """Of the effect, with those that shape it."""
     reduction: float
@@ -69,11 +66,11 @@ def share_above_noise(reduction: float, before: float, count: int) -> float:
 
 
 def assess_refit(
-    screened: ScreenedCandidate, base: Refit, refit: Refit, count: int, candidate_count: int
+    screened: ScreenedCandidate, base: FitResult, refit: FitResult, count: int, candidate_count: int
 ) -> RefittedCandidate:
     """A refit assessed against the base: `count` samples, `candidate_count` candidates in the round
     (Bonferroni, an upper bound of Holm 1979)."""
-    own = len(refit.parametrised.unknowns) - len(base.parametrised.unknowns)
+    own = len(refit.problem.unknowns) - len(base.problem.unknowns)
     own = max(own, screened.degrees_of_freedom)
     reduction = base.cost - refit.cost
     above = max(base.cost - count, reduction, RELEVANT * count)

@@ -8,30 +8,30 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel
-from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import estimates
-from ..diagnose.missing_torque import missing_torque
-from ..diagnose.refit import Refit, robust_covariance
 from ..effects import with_included
 from ..effects.effect import Effect
+from ..estimate.fit_result import FitResult, robust_covariance
+from ..estimate.fitted_model import FittedModel
+from ..estimate.problem import FitData, Problem
 from ..identify import identifiability
 from ..identify.compare import compare_many
 from ..identify.estimates import derived_estimates
 from ..least_squares import SEEN, as_finite, triangular
+from ..missing_torque import missing_torque
 from ..results import Estimate, RecordingComparison
 from ..results.comparison import DIAGNOSIS_FIT
 
 
-def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
+def final_parameters(refit: FitResult) -> tuple[Estimate, ...]:
     """All shared unknowns of a fitted model and the quantities derived from them, with what the
     data determine."""
-    h = refit.parametrised
-    x, unknowns = h.vector, h.unknowns
+    problem = refit.problem
+    x, unknowns = problem.vector, problem.unknowns
     if not len(unknowns):
         return ()
-    sensitivities = [as_finite(S) for S in h.residuals.sensitivities(x)]
-    jacobian = triangular(sensitivities)
+    slopes = [as_finite(S) for S in problem.residuals.slopes(x)]
+    jacobian = triangular(slopes)
     _, _, null = identifiability.analyse(unknowns, x, jacobian)
     identified = identifiability.identified(null, len(unknowns))
     shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]
@@ -49,20 +49,20 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
         else replace(e, std=float("nan"), identifiable=False)
         for e in estimates(refit)
     ]
-    return (*listed, *derived_estimates(h.model, unknowns, x, covariance, null))
+    return (*listed, *derived_estimates(problem.model, unknowns, x, covariance, null))
 
 
-def parameter_origins(refit: Refit) -> dict[str, str]:
+def parameter_origins(refit: FitResult) -> dict[str, str]:
     """Name of a parameter -> arm, drive, sensor, or the id of its effect."""
-    names = {u.parameter.name for u in refit.parametrised.unknowns.items}
-    return {name: refit.parametrised.model.origin(name) for name in sorted(names)}
+    names = {u.parameter.name for u in refit.problem.unknowns.items}
+    return {name: refit.problem.model.origin(name) for name in sorted(names)}
 
 
 def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str, object]]:
     """The effects of a model beside the `given` ones, with those that they include, as [model]
     effects of a scenario."""
-    model, data = last.refit.parametrised.model, last.data
-    values = {**model.effect_values, **last.refit.parametrised.values()}
+    model, data = last.refit.problem.model, last.data
+    values = {**model.effect_values, **last.refit.problem.values()}
     stated = {e.kind for e in with_included(given)}
     listed: list[dict[str, object]] = []
     for effect in with_included(last.effects[len(given) :]):
@@ -84,27 +84,31 @@ def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str
 def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...]:
     """Comparisons of all recordings: the fitted ones, then the validation ones with their own
     starts."""
-    pairs = [(base_fit.base.parametrised, base_fit.data)]
+    pairs = [(base_fit.base.problem, base_fit.data)]
     if (later := base_fit.validation_fit) is not None:
-        pairs.append((later.parametrised, later.data))
+        pairs.append((later.problem, later.data))
     comparisons: list[RecordingComparison] = []
     agility: float | None = None  # once chosen it serves all
-    for h, data in pairs:
-        for i, comparison in enumerate(_compare_each(h, data)):
-            missing, agility = missing_torque(h, i, comparison, data.floors, agility)
+    for problem, data in pairs:
+        for i, comparison in enumerate(_compare_each(problem, data)):
+            missing, agility = missing_torque(problem, i, comparison, data.floors, agility)
             comparisons.append(
                 replace(comparison, missing_torque=missing) if missing else comparison
             )
     return tuple(comparisons)
 
 
-def _compare_each(h: ParametrisedModel, data: FitProblem) -> tuple[RecordingComparison, ...]:
-    fixed, unknowns = h.residuals.predictor.fixed, h.unknowns
+def _compare_each(problem: Problem, data: FitData) -> tuple[RecordingComparison, ...]:
+    fixed, unknowns = problem.residuals.predictor.fixed, problem.unknowns
     chosen = [
-        (e.recording, {**fixed, **unknowns.values_for(e.recording.name, h.vector)}, DIAGNOSIS_FIT)
+        (
+            e.recording,
+            {**fixed, **unknowns.values_for(e.recording.name, problem.vector)},
+            DIAGNOSIS_FIT,
+        )
         for e in data.experiments
     ]
     first = data.experiments[0]
     return tuple(
-        compare_many(h.model, chosen, first.outputs, first.processing, data.result_substeps)
+        compare_many(problem.model, chosen, first.outputs, first.processing, data.result_substeps)
     )

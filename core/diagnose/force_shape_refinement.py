@@ -19,17 +19,17 @@ from functools import cache, cached_property
 import numpy as np
 import sympy as sp
 
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
 from ..diagnose.gram_matrix import Explained, explained_by
-from ..diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse, error_response
 from ..diagnose.output_changes import Changes, OutputChange
-from ..diagnose.refit import Refit, fit
-from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..effects.effect import Effect, EffectParameter
+from ..estimate.fit_result import FitResult, fit
+from ..estimate.problem import FitData, Problem, problem_of, with_values
+from ..estimate.starts import ROUGH_ITERATIONS
 from ..forces.element import Element
 from ..forces.law import ForceLaw
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
+from ..missing_torque import FIRST_FREQUENCY, ErrorResponse, error_response
 from ..model import Model
 
 ForceShapeValues = tuple[tuple[str, float], ...]
@@ -116,9 +116,11 @@ MOST_STARTS = 4
 """Most shapes from which a descent starts."""
 
 
-def refine_force_shape(data: FitProblem, refit: Refit, effect: Effect, stopped: StopCheck) -> Refit:
+def refine_force_shape(
+    data: FitData, refit: FitResult, effect: Effect, stopped: StopCheck
+) -> FitResult:
     """The model with the best shape at each joint, if its cost is lower."""
-    model, best = refit.parametrised.model, refit
+    model, best = refit.problem.model, refit
     effect_parameters = effect.parameters(model.arm, model.drive, data.sizes)
     for shape in [
         k
@@ -129,7 +131,7 @@ def refine_force_shape(data: FitProblem, refit: Refit, effect: Effect, stopped: 
         sizes = [
             k for k in effect_parameters if not k.secondary and joint_number(k.parameter.name) == at
         ]
-        for start in _starts(data, best.parametrised, effect, sizes, shape):
+        for start in _starts(data, best.problem, effect, sizes, shape):
             if not stopped():
                 other = fit(start, None, stopped, most=ROUGH_ITERATIONS)
                 best = other if other.cost < best.cost else best
@@ -140,7 +142,7 @@ NOISE = 4096
 """Samples of white noise to measure what filters pass, to a few per cent."""
 
 
-def _unfiltered(data: FitProblem) -> FitProblem:
+def _unfiltered(data: FitData) -> FitData:
     """The recordings without filters: one linear model gives the response of outputs to a torque,
     not of filtered outputs. Noise floors grow as for white noise."""
     noise = np.random.default_rng(0).standard_normal((NOISE, 1))
@@ -154,42 +156,42 @@ def _unfiltered(data: FitProblem) -> FitProblem:
 
 
 def _starts(
-    data: FitProblem, h: ParametrisedModel, effect: Effect, sizes: Sequence[EffectParameter],
+    data: FitData, problem: Problem, effect: Effect, sizes: Sequence[EffectParameter],
     shape: EffectParameter,
-) -> list[ParametrisedModel]:  # fmt: skip
-    without = _without(data, h, sizes, shape)
+) -> list[Problem]:  # fmt: skip
+    without = _without(data, problem, sizes, shape)
     motions = _error_responses(without, data)
     if not motions:
         return []
-    values = h.all_values()
+    values = problem.all_values()
     peaks = force_shape_peaks(
-        JointForce(effect, h.model, values, tuple(sizes), shape), motions, MOST_STARTS
+        JointForce(effect, problem.model, values, tuple(sizes), shape), motions, MOST_STARTS
     )
-    return [with_values(data, h, peak, refine=1) for peak in peaks]
+    return [with_values(data, problem, peak, refine=1) for peak in peaks]
 
 
 def _without(
-    data: FitProblem, h: ParametrisedModel, sizes: Sequence[EffectParameter], shape: EffectParameter
-) -> ParametrisedModel:
+    data: FitData, problem: Problem, sizes: Sequence[EffectParameter], shape: EffectParameter
+) -> Problem:
     """The model with these sizes at neutral; they and their shape are no unknowns."""
     fixed = {k.parameter.name for k in (*sizes, shape)}
     neutral = {k.parameter.name: k.neutral for k in sizes}
-    free = set(h.model.effect_parameters) - fixed
-    own = [u for u in h.unknowns.items if u.parameter.name in free]
-    values = {**h.all_values(), **neutral}
-    return parametrised(data, h.model.effects, values, freed=own, refine=1)
+    free = set(problem.model.effect_parameters) - fixed
+    own = [u for u in problem.unknowns.items if u.parameter.name in free]
+    values = {**problem.all_values(), **neutral}
+    return problem_of(data, problem.model.effects, values, freed=own, refine=1)
 
 
-def _error_responses(h: ParametrisedModel, data: FitProblem) -> list[ErrorResponse]:
+def _error_responses(problem: Problem, data: FitData) -> list[ErrorResponse]:
     """The response of each recording from which missing torque can be found."""
     responses: list[ErrorResponse] = []
     if not all(e.processing.nothing for e in data.experiments):
         data = _unfiltered(data)
-        h = with_values(data, h, refine=1)
-    errors, agility = h.errors(h.vector), None
+        problem = with_values(data, problem, refine=1)
+    errors, agility = problem.errors(problem.vector), None
     for i, block in enumerate(errors):
         w = data.weights[i]
-        response, agility = error_response(h, i, block / w, 1.0 / w, agility)
+        response, agility = error_response(problem, i, block / w, 1.0 / w, agility)
         responses += [] if response is None else [response]
     return responses
 

@@ -4,7 +4,6 @@ recordings that no fit has seen become no worse."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,14 +11,13 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ..diagnose.evidence import RELEVANT
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel
-from ..diagnose.fitted_model import FittedModel
-from ..diagnose.ladder_steps import ValidationFit
-from ..diagnose.refit import Refit, robust_covariance
-from ..diagnose.remaining_error import within_noise
 from ..effects.effect import Effect, EffectParameter
 from ..effects.sizes import typical
+from ..estimate.fit_result import FitResult, robust_covariance
+from ..estimate.fitted_model import FittedModel
+from ..estimate.minimum import RELEVANT
+from ..estimate.problem import FitData, Problem, within_noise
+from ..estimate.validation import UnseenChange, ValidationFit
 from ..least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse, with_prior
 from ..parameters import Parameter
 from ..results import ABOVE, Objection, Reason
@@ -32,48 +30,6 @@ DISTINCT = 0.05
 probability: a reader would see 0.24 +- 0.24. Whitened evidence alone does not suffice: encoder
 noise that excites the arm gave 170 in favour of such a size."""
 
-PIECES = 16
-"""Of each unseen recording, whose errors are compared: more than a noise remembers lies in one."""
-
-SURE = 2.0
-"""Deviations by which unseen recordings must differ to decide."""
-
-
-@dataclass(frozen=True)
-class UnseenChange:
-    """By how much one model leaves more than another on recordings that no fit has seen."""
-
-    before: float
-    """Squared error per sample of the first, in squared noise floors."""
-    change: float
-    deviation: float
-    """Standard deviation of the change."""
-
-    @classmethod
-    def between(cls, before: ValidationFit, after: ValidationFit) -> UnseenChange:
-        """From one model to another."""
-        pieces, squares, count = list[float](), 0.0, before.data.count
-        for a, b in zip(before.errors, after.errors, strict=True):
-            squares += float(np.sum(a**2))
-            pieces += [float(np.sum(x)) for x in np.array_split(b**2 - a**2, PIECES)]
-        spread = float(np.std(pieces)) * math.sqrt(len(pieces))
-        return cls(squares / count, float(np.sum(pieces)) / count, spread / count)
-
-    @property
-    def surely_worse(self) -> bool:
-        """Whether the second leaves more, relevantly and beyond its deviation."""
-        return not self.change <= max(RELEVANT, SURE * self.deviation)
-
-    @property
-    def surely_better(self) -> bool:
-        """Whether it leaves less."""
-        return self.change < -max(RELEVANT, SURE * self.deviation)
-
-    @property
-    def rms(self) -> tuple[float, float]:
-        """Of both, in noise floors."""
-        return math.sqrt(self.before), math.sqrt(max(self.before + self.change, 0.0))
-
 
 @dataclass(frozen=True)
 class Judge:
@@ -83,7 +39,7 @@ class Judge:
     validation_fit: Callable[[FittedModel], ValidationFit | None] = lambda _: None
 
     def objection(
-        self, data: FitProblem, after: Refit, new: Sequence[Effect], larger: bool = False
+        self, data: FitData, after: FitResult, new: Sequence[Effect], larger: bool = False
     ) -> Objection | None:
         """What speaks against a converged model with `new` effects, or None. `larger`: it contains
         the one before."""
@@ -98,7 +54,7 @@ class Judge:
             or self._worse_unseen(data, after)
         )
 
-    def unseen(self, data: FitProblem, after: Refit) -> UnseenChange | None:
+    def unseen(self, data: FitData, after: FitResult) -> UnseenChange | None:
         """The change on recordings that no fit has seen; None without any."""
         later = self.validation_fit(FittedModel(data, after, ()))
         if self._unseen is None or later is None:
@@ -109,45 +65,45 @@ class Judge:
     def _unseen(self) -> ValidationFit | None:
         return self.validation_fit(self.model)
 
-    def _within_laws(self, data: FitProblem, after: Refit) -> Objection | None:
+    def _within_laws(self, data: FitData, after: FitResult) -> Objection | None:
         """What the idealised laws of the model may miss counts as noise, unless the new one leaves
         nothing above the noise."""
         missed = self.model.within_laws and not within_noise(data, after.errors)
         return Objection(Reason.WITHIN_LAWS) if missed else None
 
-    def _worse_unseen(self, data: FitProblem, after: Refit) -> Objection | None:
+    def _worse_unseen(self, data: FitData, after: FitResult) -> Objection | None:
         unseen = self.unseen(data, after)
         if unseen is None or not unseen.surely_worse:
             return None
         return Objection(Reason.UNSEEN, unseen=unseen.rms)
 
 
-def sizes_of_effect(h: ParametrisedModel, effect: Effect) -> tuple[EffectParameter, ...]:
+def sizes_of_effect(problem: Problem, effect: Effect) -> tuple[EffectParameter, ...]:
     """The parameters of an effect with those that shape it."""
-    return effect.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
+    return effect.parameters(problem.model.arm, problem.model.drive, typical(problem.model.arm))
 
 
-def indistinct(after: Refit, effects: Sequence[Effect]) -> Objection | None:
+def indistinct(after: FitResult, effects: Sequence[Effect]) -> Objection | None:
     """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
     size at its bound has no standard deviation and counts as distinct."""
-    covariance, h = robust_covariance(after), after.parametrised
-    labels = list(h.unknowns.labels)
+    covariance, problem = robust_covariance(after), after.problem
+    labels = list(problem.unknowns.labels)
     for effect in effects:
         neutral = {
-            k.parameter.name: k.neutral for k in sizes_of_effect(h, effect) if not k.secondary
+            k.parameter.name: k.neutral for k in sizes_of_effect(problem, effect) if not k.secondary
         }
         which = [labels.index(name) for name in neutral if name in labels]
         C = covariance[np.ix_(which, which)]
         if not which or not np.isfinite(C).all():
             continue
-        distance = h.vector[which] - np.array([neutral[labels[j]] for j in which])
+        distance = problem.vector[which] - np.array([neutral[labels[j]] for j in which])
         wald = float(distance @ np.linalg.pinv(C, hermitian=True) @ distance)
         if scipy.stats.chi2.sf(wald, len(which)) > DISTINCT:
             return Objection(Reason.INDISTINCT)
     return None
 
 
-def at_bounds(after: Refit, data: FitProblem, before: Refit) -> list[tuple[str, Objection]]:
+def at_bounds(after: FitResult, data: FitData, before: FitResult) -> list[tuple[str, Objection]]:
     """(effect, objection) of each size that the recordings press against its bound far from
     neutral, unless a person stated the bound or the model `before` stood at it already: that says
     nothing of what was added.
@@ -155,36 +111,36 @@ def at_bounds(after: Refit, data: FitProblem, before: Refit) -> list[tuple[str, 
     The predicted reduction beyond the bound must be one that a descent continues for; near the
     noise floor, a relevant one.
     """
-    h = after.parametrised
-    not_new = data.bounded | _names_at_bounds(before.parametrised)
+    problem = after.problem
+    not_new = data.bounded | _names_at_bounds(before.problem)
     least = GOOD_ENOUGH if after.cost > ABOVE**2 * data.count else RELEVANT
     own = {
         k.parameter.name: (effect.kind, k.neutral)
-        for effect in h.model.effects
-        for k in sizes_of_effect(h, effect)
+        for effect in problem.model.effects
+        for k in sizes_of_effect(problem, effect)
         if not k.secondary and k.parameter.name not in not_new
     }
     pressed = []
-    for i, u in enumerate(h.unknowns.items):
+    for i, u in enumerate(problem.unknowns.items):
         if u.parameter.name not in own or u.recording is not None:
             continue
         kind, neutral = own[u.parameter.name]
-        objection = _bound_objection(u.parameter, h.vector[i], neutral)
+        objection = _bound_objection(u.parameter, problem.vector[i], neutral)
         if objection and reduction_beyond_bound(after, i) >= least * data.count:
             pressed.append((kind, objection))
     return pressed
 
 
-def _names_at_bounds(h: ParametrisedModel) -> set[str]:
+def _names_at_bounds(problem: Problem) -> set[str]:
     """Names of the shared parameters that stand at a bound."""
-    pairs = zip(h.unknowns.items, h.vector, strict=True)
+    pairs = zip(problem.unknowns.items, problem.vector, strict=True)
     return {u.parameter.name for u, x in pairs if u.recording is None and u.parameter.at_bound(x)}
 
 
-def reduction_beyond_bound(after: Refit, i: int) -> float:
+def reduction_beyond_bound(after: FitResult, i: int) -> float:
     """Predicted cost reduction if unknown `i` could pass its bound, with all unknowns inside theirs
     free."""
-    limits, x = after.parametrised.limits, after.parametrised.vector
+    limits, x = after.problem.limits, after.problem.vector
     others = np.flatnonzero(limits.inside(x) & (np.arange(len(x)) != i))
     A, b = with_prior(*normal_equations(after.descended.blocks, after.descended.slopes), x, limits)
     follow, across = pseudo_inverse(A[np.ix_(others, others)]), A[others, i]

@@ -14,17 +14,17 @@ from itertools import pairwise
 
 from ..diagnose.acceptance import Round
 from ..diagnose.evidence import assess_refit
-from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
-from ..diagnose.fitted_model import FittedModel, fit_model, weight_ratios, weighted
 from ..diagnose.ladder_steps import Noise, ladder_step
 from ..diagnose.linear_screen import screen
 from ..diagnose.memo import Memo, ModelRound
 from ..diagnose.next_experiment import deciding_experiments
 from ..diagnose.ranking import ranking_of
-from ..diagnose.refit import fit, with_whitened_cost
-from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.search import Found
 from ..effects.effect import Effect
+from ..estimate.fit_result import fit, with_whitened_cost
+from ..estimate.fitted_model import FittedModel, fit_model, weight_ratios, weighted
+from ..estimate.problem import FitData, parameter_names, problem_of
+from ..estimate.starts import ROUGH_ITERATIONS
 from ..progress import Progress
 from ..results import DiagnosisRound, LadderStep, RankedEffect
 from ..sentences import listed
@@ -124,19 +124,19 @@ def _strongest(
     """The effect that leaves the least error, and the model with it."""
     if len(remaining) == 1:
         return remaining[0], last
-    values = last.refit.parametrised.values()
+    values = last.refit.problem.values()
     refits = [
-        (fit(parametrised(last.data, [*before.effects, e], values), None, progress.stopped,
+        (fit(problem_of(last.data, [*before.effects, e], values), None, progress.stopped,
              ROUGH_ITERATIONS), e)
         for e in remaining
     ]  # fmt: skip
     rough, best = min(refits, key=lambda pair: pair[0].cost)
-    effects, start = (*before.effects, best), rough.parametrised.values()
+    effects, start = (*before.effects, best), rough.problem.values()
     return best, fit_model(last.data, effects, start, progress.stopped)
 
 
 def _tried(
-    memo: Memo, model: FittedModel, like: FitProblem, progress: Progress, accepted: str | None,
+    memo: Memo, model: FittedModel, like: FitData, progress: Progress, accepted: str | None,
     noise: Noise,
 ) -> DiagnosisRound | None:  # fmt: skip
     """What was tried on a model, against the noise of `like`; None if nothing was."""
@@ -150,7 +150,7 @@ def _tried(
     return DiagnosisRound(ranking, accepted, tuple(found.refused), not_simulated, experiments)
 
 
-def _seen_in(known: ModelRound, like: FitProblem, noise: Noise) -> Round:
+def _seen_in(known: ModelRound, like: FitData, noise: Noise) -> Round:
     """What was tried on a model, with its refits against the noise of `like`."""
     model, old, found = known.model.against(like), known.model.data, known.round
     if model is known.model:
@@ -174,7 +174,7 @@ def _assembled(
     screened = first.round.screen
     own = next((s for s in screened.candidates if s.effect.kind == effect.kind), None)
     if own is None:  # it came in as the simpler part of a candidate, and is none itself
-        screened = screen(data, before.refit.parametrised, before.effects, [effect])
+        screened = screen(data, before.refit.problem, before.effects, [effect])
         (own,) = screened.candidates
     old, new = (with_whitened_cost(m.refit, noise.whitener) for m in (before, after))
     assessed = assess_refit(own, old, new, data.count, len(screened.candidates))
@@ -188,7 +188,7 @@ def _step(rung: Rung, memo: Memo) -> LadderStep:
     model, added = rung.model, rung.added
     names: tuple[str, ...] = ()
     if added is not None:
-        names = parameter_names(added, model.refit.parametrised.model, model.data.sizes)
+        names = parameter_names(added, model.refit.problem.model, model.data.sizes)
         title = added.title
     else:
         stated = listed([e.title for e in model.effects])

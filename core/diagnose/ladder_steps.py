@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
-from ..diagnose.refit import Refit
+from ..estimate.fit_result import FitResult
+from ..estimate.problem import FitData
+from ..estimate.validation import ValidationFit
 from ..identify.identifiability import analyse, identified
 from ..identify.prepared_recording import Prepared
-from ..identify.unknowns import Unknown
 from ..least_squares import (
     SEEN,
     as_finite,
-    levenberg_marquardt,
     normal_equations,
     pseudo_inverse,
     triangular,
@@ -26,9 +25,6 @@ from ..noise.noise_floor import channel_rms
 from ..noise.whitening import Whitener, error_products, fit_whitener, whitened_rows
 from ..results import ChannelError, ErrorProducts, Estimate, LadderStep
 
-VALIDATION_ITERATIONS = 4
-"""Offsets and starts of a recording enter almost linearly."""
-
 
 @dataclass(frozen=True)
 class Noise:
@@ -38,29 +34,29 @@ class Noise:
     products: ErrorProducts
 
     @classmethod
-    def of(cls, data: FitProblem, rest: Sequence[np.ndarray]) -> Noise:
+    def of(cls, data: FitData, rest: Sequence[np.ndarray]) -> Noise:
         """Of what is left (M, k) per recording, in floors, where all is explained."""
         whitener = fit_whitener(rest, whitened_rows(data.experiments))
         return cls(whitener, error_products(data.experiments, rest, data.weights, 0))
 
-    def left(self, data: FitProblem, refit: Refit) -> ErrorProducts:
+    def left(self, data: FitData, refit: FitResult) -> ErrorProducts:
         """The errors of a model, by a linear step where the whitened ones are least."""
-        h, end = refit.parametrised, refit.descended
+        problem, end = refit.problem, refit.descended
         blocks, slopes = (
             [self.whitener(i, x) for i, x in enumerate(each)] for each in (end.blocks, end.slopes)
         )
-        A, b = with_prior(*normal_equations(blocks, slopes), h.vector, h.limits)
-        free = np.flatnonzero(h.limits.inside(h.vector) & (np.diag(A) > 0.0))
-        move = np.zeros(len(h.vector))
+        A, b = with_prior(*normal_equations(blocks, slopes), problem.vector, problem.limits)
+        free = np.flatnonzero(problem.limits.inside(problem.vector) & (np.diag(A) > 0.0))
+        move = np.zeros(len(problem.vector))
         move[free] = -pseudo_inverse(A[np.ix_(free, free)]) @ b[free]
         moved = [r + S @ move for r, S in zip(end.blocks, end.slopes, strict=True)]
-        prior = float(h.limits.prior_cost(h.vector + move))
+        prior = float(problem.limits.prior_cost(problem.vector + move))
         return error_products(data.experiments, moved, data.weights, len(move), prior)
 
 
 def ladder_step(
-    data: FitProblem, validation: ValidationFit | None, refit: Refit, added: str | None, title: str,
-    names: Sequence[str],
+    data: FitData, validation: ValidationFit | None, refit: FitResult, added: str | None,
+    title: str, names: Sequence[str],
 ) -> LadderStep:  # fmt: skip
     """A ladder step; `names`: parameters of the added effect, listed first; if empty, all unknowns
     are listed."""
@@ -69,9 +65,9 @@ def ladder_step(
     listed, floors = estimates(refit), _floors(data, refit.errors, errors)
     return LadderStep(
         added=added,
-        model=tuple(e.kind for e in refit.parametrised.model.effects),
+        model=tuple(e.kind for e in refit.problem.model.effects),
         title=title,
-        parameters=_sizes(listed, refit.parametrised.model, names),
+        parameters=_sizes(listed, refit.problem.model, names),
         errors=tuple(
             ChannelError(
                 name, unit, rms, floors.get(name, float("nan")),
@@ -88,7 +84,7 @@ def ladder_step(
 
 
 def _floors(
-    data: FitProblem, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
+    data: FitData, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
 ) -> dict[str, float]:
     """channel -> its noise floor. If recordings have their own, the one with the same ratio: rms
     error over the rms of error over floor."""
@@ -115,9 +111,7 @@ def _tip_rms(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
     return float(np.hypot(errors["z1"][1], errors["z2"][1]))
 
 
-def _by_channel(
-    data: FitProblem, errors: Sequence[np.ndarray]
-) -> dict[str, tuple[str, float, float]]:
+def _by_channel(data: FitData, errors: Sequence[np.ndarray]) -> dict[str, tuple[str, float, float]]:
     """channel -> (unit, rms of the error in SI, FIT in per cent)."""
     parts_of: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
     for e, r, w in zip(data.experiments, errors, data.weights, strict=True):
@@ -135,61 +129,23 @@ def _figures(parts: Sequence[tuple[Prepared, int, np.ndarray]]) -> tuple[str, fl
     return unit, float(np.sqrt(np.mean(error**2))), float(fit)
 
 
-def _refitted_unknowns(validation: FitProblem, h: ParametrisedModel) -> tuple[Unknown, ...]:
-    """Sizes of effects that belong to the validation rig."""
-    model = h.model
-    own = [e for e in model.effects if e.kind in validation.per_recording]
-    names = {name for e in own for name in parameter_names(e, model, validation.sizes)}
-    return tuple(u for u in h.unknowns.items if u.parameter.name in names)
-
-
-@dataclass(frozen=True)
-class ValidationFit:
-    """A fitted model on validation recordings."""
-
-    data: FitProblem
-    parametrised: ParametrisedModel
-    errors: Sequence[np.ndarray]
-    """(M, k) per recording, in floors."""
-
-
-def fit_validation(validation: FitProblem | None, refit: Refit) -> ValidationFit | None:
-    """A refit of what belongs to each validation recording alone; all else is fixed. None without
-    validation recordings."""
-    if validation is None:
-        return None
-    h = refit.parametrised
-    shared = {k: v for k, v in h.values().items() if "@" not in k}
-    refitted = _refitted_unknowns(validation, h)
-    shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in refitted}}
-    own = tuple(u for u in validation.nuisance if u.recording is not None)
-    fixed = {**validation.fixed, **shared}
-    fixed_data = replace(validation, nuisance=own, fixed=fixed, substeps=validation.result_substeps)
-    values = h.all_values()
-    start = parametrised(fixed_data, h.model.effects, values, freed=refitted)
-    descended = levenberg_marquardt(
-        start.errors, start.slopes, start.vector, start.limits, most=VALIDATION_ITERATIONS
-    )
-    return ValidationFit(fixed_data, start.at(descended.vector), descended.blocks)
-
-
-def _identified(refit: Refit) -> np.ndarray:
+def _identified(refit: FitResult) -> np.ndarray:
     """(P,) bool: unknowns that the measurements determine."""
-    h, slopes = refit.parametrised, refit.descended.slopes
-    if not len(h.vector):
+    problem, slopes = refit.problem, refit.descended.slopes
+    if not len(problem.vector):
         return np.zeros(0, dtype=bool)
     jacobian = triangular([as_finite(S) for S in slopes])
-    _, _, null = analyse(h.unknowns, h.vector, jacobian, SEEN**0.5)
-    return identified(null, len(h.vector))
+    _, _, null = analyse(problem.unknowns, problem.vector, jacobian, SEEN**0.5)
+    return identified(null, len(problem.vector))
 
 
-def estimates(refit: Refit) -> tuple[Estimate, ...]:
+def estimates(refit: FitResult) -> tuple[Estimate, ...]:
     """All shared unknowns with standard deviations under coloured noise; NaN where the data do not
     determine them."""
-    h = refit.parametrised
+    problem = refit.problem
     identified, rows = _identified(refit), []
-    for i, u in enumerate(h.unknowns.items):
-        item, value = u.parameter, float(h.vector[i])
+    for i, u in enumerate(problem.unknowns.items):
+        item, value = u.parameter, float(problem.vector[i])
         variance = float(refit.covariance[i, i])
         std = float(np.sqrt(variance)) if identified[i] and variance >= 0.0 else float("nan")
         rows.append(

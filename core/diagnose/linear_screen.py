@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 import scipy
 
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import NO_OUTPUT, GramMatrix, explained_by, gram_matrix
 from ..diagnose.output_changes import (
@@ -24,6 +23,7 @@ from ..diagnose.output_changes import (
     trials,
 )
 from ..effects.effect import Effect
+from ..estimate.problem import FitData, Problem
 from ..identify.residuals import BATCH
 from ..least_squares import as_finite
 from ..noise.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
@@ -105,7 +105,7 @@ def on_threads(
 
 
 def screen(
-    data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect],
+    data: FitData, base: Problem, accepted: Sequence[Effect],
     candidates: Sequence[Effect], on_progress: Callable[[str], bool] = lambda _: False,
     on_interim: Callable[[Screen], None] | None = None,
 ) -> Screen:  # fmt: skip

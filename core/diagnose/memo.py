@@ -10,13 +10,13 @@ from typing import NamedTuple
 from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes
-from ..diagnose.evidence import RELEVANT
-from ..diagnose.fit_problem import FitProblem
-from ..diagnose.fitted_model import FittedModel
-from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.noise_update import alike
-from ..diagnose.refit import Refit
 from ..effects.effect import Effect
+from ..estimate.fit_result import FitResult
+from ..estimate.fitted_model import FittedModel
+from ..estimate.minimum import RELEVANT
+from ..estimate.problem import FitData
+from ..estimate.validation import ValidationFit, fit_validation
 
 
 class ModelRound(NamedTuple):
@@ -38,7 +38,7 @@ class Visit(NamedTuple):
 class Memo:
     """What was fitted and screened, and where the search has been."""
 
-    validation: FitProblem | None
+    validation: FitData | None
     stated: tuple[Effect, ...]
     modes: tuple[int, ...]
     """Bending shapes per segment of the model as given."""
@@ -49,7 +49,7 @@ class Memo:
     """Models with other bending shapes."""
     titles: Counter[str] = field(default_factory=Counter)
     """How many rounds had a title: no two stages in turn have the same."""
-    validated: dict[tuple[int, int], tuple[Refit, ValidationFit]] = field(default_factory=dict)
+    validated: dict[tuple[int, int], tuple[FitResult, ValidationFit]] = field(default_factory=dict)
 
     def keep(self, model: FittedModel, found: Round) -> None:
         """Keep what was tried on a model, of the others without their columns: on long recordings

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from ..diagnose.acceptance import Round
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
+from ..estimate.problem import FitData, Problem, problem_of
 from ..identify.predictor import on_all_cores
 from ..identify.prepared_recording import prepare
 from ..identify.unknowns import Unknown
@@ -46,7 +46,7 @@ LONGEST_EXPERIMENT = 3.0
 """s: as long as the existing recordings, but no longer."""
 
 
-def possible_experiments(data: FitProblem) -> tuple[SimulateSpec, ...]:
+def possible_experiments(data: FitData) -> tuple[SimulateSpec, ...]:
     """Variations of the recorded experiments: posture, amplitude, hold time. None if a servo
     replays recorded torques: a new torque cannot be predicted."""
     if data.bare.steering is not None:
@@ -71,12 +71,12 @@ def _amplitude(model: Model, recording: Recording) -> float:
     return max(float(np.ptp(recording[name])) / 2.0 for name in names) or 1.0
 
 
-def planned_data(data: FitProblem, spec: SimulateSpec) -> FitProblem:
+def planned_data(data: FitData, spec: SimulateSpec) -> FitData:
     """The data of a planned experiment: everything counts."""
     return data_for_recording(data, _recording(data.bare, spec, data.experiments[0].recording))
 
 
-def data_for_recording(data: FitProblem, recording: Recording) -> FitProblem:
+def data_for_recording(data: FitData, recording: Recording) -> FitData:
     """The data of a recording that represents a planned experiment."""
     like = data.experiments[0]
     prepared = prepare(data.bare, recording, like.outputs, like.processing)
@@ -130,7 +130,7 @@ NormalMatrix = Mapping[tuple[str, str], float]
 
 
 def next_experiments(
-    data: FitProblem, first: ParametrisedModel, second: ParametrisedModel, titles: tuple[str, str],
+    data: FitData, first: Problem, second: Problem, titles: tuple[str, str],
     candidates: Sequence[SimulateSpec], stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[PlannedExperiment, ...]:  # fmt: skip
     """The planned experiments, best first; `first` and `second` are at their fitted vectors."""
@@ -149,7 +149,7 @@ def next_experiments(
 
 
 def expected_score(
-    data: FitProblem, first: ParametrisedModel, second: ParametrisedModel, spec: SimulateSpec,
+    data: FitData, first: Problem, second: Problem, spec: SimulateSpec,
     normal: Sequence[NormalMatrix] = ({}, {}),
 ) -> float:  # fmt: skip
     """The score on one experiment, in squared noise floors; the smaller of the two directions.
@@ -158,53 +158,57 @@ def expected_score(
 
 
 def score_on_data(
-    planned: FitProblem,
-    first: ParametrisedModel,
-    second: ParametrisedModel,
+    planned: FitData,
+    first: Problem,
+    second: Problem,
     normal: Sequence[NormalMatrix] = ({}, {}),
 ) -> float:
     """The score, in squared noise floors, on an experiment with its data."""
-    pair = [parametrised_on(planned, h) for h in (first, second)]
-    outputs = [h.residuals.predictor.predict(h.vector)[0] for h in pair]
+    pair = [problem_on(planned, problem) for problem in (first, second)]
+    outputs = [problem.residuals.predictor.predict(problem.vector)[0] for problem in pair]
     if not all(np.all(np.isfinite(y)) for y in outputs):
         return 0.0  # a model that does not hold together there decides nothing
     prepared, weights = planned.experiments[0], planned.weights[0]
     difference = np.where(prepared.counted, outputs[0] - outputs[1], 0.0) * weights
-    return min(_unabsorbed(h, difference, i) for h, i in zip(pair, normal, strict=True))
+    return min(_unabsorbed(problem, difference, i) for problem, i in zip(pair, normal, strict=True))
 
 
-def shared_normal_matrix(h: ParametrisedModel) -> NormalMatrix:
+def shared_normal_matrix(problem: Problem) -> NormalMatrix:
     """J'J of the existing recordings, for the parameters that a new one shares with them."""
-    equations = normal_equations(h.errors(h.vector), h.slopes(h.vector))
-    A, _ = with_prior(*equations, h.vector, h.limits)
+    equations = normal_equations(problem.errors(problem.vector), problem.slopes(problem.vector))
+    A, _ = with_prior(*equations, problem.vector, problem.limits)
     # What belongs to one recording is free to follow: it is eliminated, not held.
-    own = [i for i, u in enumerate(h.unknowns.items) if u.recording is not None]
-    shared = [i for i, u in enumerate(h.unknowns.items) if u.recording is None]
+    own = [i for i, u in enumerate(problem.unknowns.items) if u.recording is not None]
+    shared = [i for i, u in enumerate(problem.unknowns.items) if u.recording is None]
     B = A[np.ix_(shared, own)]
     kept = A[np.ix_(shared, shared)] - B @ pseudo_inverse(A[np.ix_(own, own)]) @ B.T
-    labels = [h.unknowns.labels[i] for i in shared]
+    labels = [problem.unknowns.labels[i] for i in shared]
     return {(a, b): float(kept[i, j]) for i, a in enumerate(labels) for j, b in enumerate(labels)}
 
 
-def parametrised_on(data: FitProblem, h: ParametrisedModel) -> ParametrisedModel:
+def problem_on(data: FitData, problem: Problem) -> Problem:
     """A fitted model on other data."""
-    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
-    shared = {k: v for k, v in h.values().items() if "@" not in k}
-    return parametrised(data, h.model.effects, {**h.model.effect_values, **shared}, freed=own)
+    own = tuple(
+        u for u in problem.unknowns.items if u.parameter.name in problem.model.effect_parameters
+    )
+    shared = {k: v for k, v in problem.values().items() if "@" not in k}
+    return problem_of(
+        data, problem.model.effects, {**problem.model.effect_values, **shared}, freed=own
+    )
 
 
-def _unabsorbed(h: ParametrisedModel, difference: np.ndarray, normal: NormalMatrix) -> float:
+def _unabsorbed(problem: Problem, difference: np.ndarray, normal: NormalMatrix) -> float:
     """Squared error that remains after a refit of `h` to the other's outputs."""
-    if not len(h.vector):
+    if not len(problem.vector):
         return float(np.sum(difference**2))
-    A, b = normal_equations([difference], h.slopes(h.vector))
-    labels = h.unknowns.labels
+    A, b = normal_equations([difference], problem.slopes(problem.vector))
+    labels = problem.unknowns.labels
     A += np.array([[normal.get((i, j), 0.0) for j in labels] for i in labels])
     return max(float(np.sum(difference**2) - b @ pseudo_inverse(A) @ b), 0.0)
 
 
 def deciding_experiments(
-    result: Round, ranking: Sequence[RankedEffect], data: FitProblem, progress: Progress
+    result: Round, ranking: Sequence[RankedEffect], data: FitData, progress: Progress
 ) -> tuple[PlannedExperiment, ...]:
     """Experiments that would decide between the accepted effect and its competitor, best first."""
     best = result.accepted
@@ -217,6 +221,6 @@ def deciding_experiments(
         return ()
     progress.advance(0, "Planning the experiment that decides")
     return next_experiments(
-        data, best.refit.parametrised, competitors[0].refit.parametrised,
+        data, best.refit.problem, competitors[0].refit.problem,
         (named.title, competitors[0].screened.effect.title), specs, progress.stopped,
     )  # fmt: skip

@@ -17,11 +17,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import FitProblem
-from ..diagnose.fitted_model import FittedModel
 from ..diagnose.linear_screen import Screen
-from ..diagnose.remaining_error import within_noise
 from ..diagnose.search_options import Options
+from ..estimate.fitted_model import FittedModel
+from ..estimate.problem import FitData, within_noise
 from ..noise.noise_floor import Floor, channel_floors, channel_rms
 from ..noise.sensor_noise import ESTIMATED
 from ..noise.whitening import whitened_rows
@@ -64,7 +63,7 @@ def lower_floors(
     return floors if lower and exceeded else None
 
 
-def rms_unexplained(data: FitProblem, screened: Screen) -> dict[str, float]:
+def rms_unexplained(data: FitData, screened: Screen) -> dict[str, float]:
     """channel -> rms, SI, of the error that no candidate of a screen explains, per independent
     sample beside the screened changes; empty if there are none."""
     squares, counts = dict.fromkeys(data.floors, 0.0), dict.fromkeys(data.floors, 0)
@@ -103,10 +102,14 @@ def higher_floors(model: FittedModel, options: Options, changed: bool) -> dict[s
 
 def current_floors(model: FittedModel, options: Options) -> dict[str, Floor]:
     """channel -> noise floor by what the model leaves."""
-    data, h = model.data, model.refit.parametrised
+    data, problem = model.data, model.refit.problem
     errors = [b / w for b, w in zip(model.refit.errors, data.weights, strict=True)]
     return channel_floors(
-        h.residuals.experiments, errors, h.motions(), options.stated_noise, options.fidelity
+        problem.residuals.experiments,
+        errors,
+        problem.motions(),
+        options.stated_noise,
+        options.fidelity,
     )
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..arm.arm import Arm, Structure
 from ..arm.compiled import is_compiled
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from ..effects import effect
 from ..effects.effect import Effect, EffectParameter
+from ..estimate.problem import FitData, Problem, problem_of
 from ..identify.defect_correction import with_steps
 from ..identify.predictor import simulate_together
 from ..identify.unknowns import Unknown
@@ -57,7 +57,7 @@ class OutputChange(Trial):
 Changes = Sequence[OutputChange]
 
 
-def trials(base: ParametrisedModel, candidate: Effect, data: FitProblem) -> list[Trial]:
+def trials(base: Problem, candidate: Effect, data: FitData) -> list[Trial]:
     """The trials of one candidate."""
     arm = candidate.changed_arm(base.model.arm, {})
     effect_parameters = candidate.parameters(arm, base.model.drive, data.sizes)
@@ -107,7 +107,7 @@ class BaseErrors:
     """Errors (M, k) per recording of the base model by steps per sample; changes are differences
     from them. Both are simulated equally coarsely, so that the error of the steps cancels."""
 
-    base: ParametrisedModel
+    base: Problem
     by_substeps: dict[int, list[np.ndarray]] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -135,7 +135,7 @@ SMALLEST_SHARE = 1e-2
 
 
 def simulate_output_changes(
-    data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect],
+    data: FitData, base: Problem, accepted: Sequence[Effect],
     planned: Sequence[Trial], base_errors: BaseErrors,
 ) -> list[OutputChange]:  # fmt: skip
     """The output changes of some trials, simulated side by side with TRIAL_SUBSTEPS of the steps.
@@ -150,7 +150,9 @@ def simulate_output_changes(
         is_last, models = tries == SMALLER_TRIES - 1, {}
         for i, trial in waiting.items():
             models[i] = _trial_model(data, base, accepted, trial)
-        simulate_together([(h.residuals.predictor, h.vector) for h in models.values()])
+        simulate_together(
+            [(problem.residuals.predictor, problem.vector) for problem in models.values()]
+        )
         for i, trial in list(waiting.items()):
             change, share = _output_change(trial, models[i], base_errors)
             if is_last or not share < 1.0:
@@ -164,7 +166,7 @@ def simulate_output_changes(
 
 
 def _output_change(
-    trial: Trial, model: ParametrisedModel, base_errors: BaseErrors
+    trial: Trial, model: Problem, base_errors: BaseErrors
 ) -> tuple[OutputChange, float]:
     """Change of the outputs by a trial, and the share of its size that is small enough."""
     # As coarse as the zero, so that steps cancel.
@@ -179,22 +181,20 @@ def _output_change(
     return OutputChange(**vars(trial), blocks=tuple(blocks)), share
 
 
-def _trial_model(
-    data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect], trial: Trial
-) -> ParametrisedModel:
+def _trial_model(data: FitData, base: Problem, accepted: Sequence[Effect], trial: Trial) -> Problem:
     """The base with the effect of a trial at its values."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = _included_neutral(base, data, trial) | dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.all_values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
-    return parametrised(
+    return problem_of(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         refine=TRIAL_SUBSTEPS,
     )  # fmt: skip
 
 
-def _included_neutral(base: ParametrisedModel, data: FitProblem, trial: Trial) -> dict[str, float]:
+def _included_neutral(base: Problem, data: FitData, trial: Trial) -> dict[str, float]:
     """Neutral sizes of what the effect of a sensitivity includes and the base lacks: that has
     sensitivities of its own."""
     if trial.scanned:
@@ -236,7 +236,7 @@ DIVERGED = 1e7
 
 
 def nearer_to_neutral(
-    effect: Effect, arm: Arm, data: FitProblem, values: Mapping[str, float]
+    effect: Effect, arm: Arm, data: FitData, values: Mapping[str, float]
 ) -> dict[str, float]:
     """The values, with the sizes of one effect at SMALLEST_SHARE of their distance from neutral."""
     own = effect.parameters(arm, data.bare.drive, data.sizes)

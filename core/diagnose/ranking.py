@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.acceptance import Round
-from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE, RefittedCandidate, certain
-from ..diagnose.fit_problem import FitProblem, parameter_names
+from ..diagnose.evidence import LEAST_SHARE, TIE, RefittedCandidate, certain
 from ..diagnose.ladder_steps import Noise, estimates
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
-from ..diagnose.refit import Refit
+from ..estimate.fit_result import FitResult
+from ..estimate.minimum import RELEVANT
+from ..estimate.problem import FitData, parameter_names
 from ..identify.identifiability import POORLY_DISTINGUISHABLE, correlation_of
 from ..information_criteria import fall_of_bic
 from ..least_squares import normal_equations, pseudo_inverse, with_prior
@@ -67,7 +68,7 @@ def _inverse_root(A: np.ndarray) -> np.ndarray:
 
 
 def ranking_of(
-    result: Round, data: FitProblem, noise: Noise | None = None
+    result: Round, data: FitData, noise: Noise | None = None
 ) -> tuple[RankedEffect, ...]:
     """Refitted candidates first, best first; then the others by expected reduction. `noise`: that
     whitens for ΔBIC; None: what the screen leaves."""
@@ -101,10 +102,10 @@ def _screened_record(s: ScreenedCandidate, above: float) -> RankedEffect:
 
 
 def _refitted_record(
-    w: RefittedCandidate, result: Round, data: FitProblem, above: float
+    w: RefittedCandidate, result: Round, data: FitData, above: float
 ) -> RankedEffect:
     s = w.screened
-    model = w.refit.parametrised.model
+    model = w.refit.problem.model
     names = parameter_names(s.effect, model, data.sizes)
     predicted = tuple(a - b for a, b in zip(result.before.errors, w.refit.errors, strict=True))
     found = certain(w) and w.reduction >= LEAST_SHARE
@@ -119,13 +120,13 @@ def _refitted_record(
     )  # fmt: skip
 
 
-def _tied_to(refit: Refit, sizes: Sequence[str], before: Refit) -> tuple[Estimate, ...]:
+def _tied_to(refit: FitResult, sizes: Sequence[str], before: FitResult) -> tuple[Estimate, ...]:
     """Parameters of the previous model whose correlation with a size of the effect is near one: the
     cost hardly depends on both, so their estimates are arbitrary."""
-    labels, values_before = refit.parametrised.unknowns.labels, before.parametrised.values()
+    labels, values_before = refit.problem.unknowns.labels, before.problem.values()
     own = [labels.index(name) for name in sizes if name in labels]
-    h, end = refit.parametrised, refit.descended
-    A, _ = with_prior(*normal_equations(end.blocks, end.slopes), h.vector, h.limits)
+    problem, end = refit.problem, refit.descended
+    A, _ = with_prior(*normal_equations(end.blocks, end.slopes), problem.vector, problem.limits)
     rho = np.abs(correlation_of(pseudo_inverse(A)))[own]
     tied = {
         label for k, label in enumerate(labels) if (rho[:, k] > POORLY_DISTINGUISHABLE).any()

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..estimate.problem import FitData, Problem
 from ..noise.noise_floor import Floor, spreads, squares_by_channel
 from ..results import (
     ABOVE,
@@ -16,38 +16,16 @@ from ..results import (
     DoubtReason,
     Remains,
 )
-
-if TYPE_CHECKING:
-    from ..diagnose.fit_problem import FitProblem, ParametrisedModel
-
+from ..vibration_lines import unexplained_line
 
 FARTHEST = 2.0
 """Floors: an error on unseen recordings that is larger is no noise."""
 
 
-def within_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> bool:
-    """Whether errors (M, k) per recording, in noise floors, are within noise: over all channels and
-    in each. The idealised laws of the model's effects may miss a stated share.
-
-    With a virtual servo, encoder noise excites the links. A sharper limit than the verdict's would
-    find effects that imitate it: damped links follow noise less.
-    """
-    from ..least_squares import cost_of
-
-    share = ABOVE**2 if data.rig.servo else 1.0
-    each = squares_by_channel(data.experiments, errors)
-    missed = sum(data.law_errors.get(n, 0.0) * len(x) for n, x in each.items())
-    if not cost_of(errors) <= share * data.count + missed:
-        return False
-    return all(np.mean(x) <= ABOVE_IN_ONE**2 + data.law_errors.get(n, 0.0) for n, x in each.items())
-
-
 def remaining_error(
-    data: FitProblem, errors: Sequence[np.ndarray], fitted: ParametrisedModel | None = None
+    data: FitData, errors: Sequence[np.ndarray], fitted: Problem | None = None
 ) -> Remains:
     """The remaining error of a fitted model, from weighted errors (M, k) per recording."""
-    from ..diagnose.vibration_lines import unexplained_line
-
     squares = squares_by_channel(data.experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
     factors = {name: data.floor_uncertainty.get(name, 1.0) for name in squares}
@@ -64,7 +42,7 @@ def remaining_error(
 
 
 def doubts(
-    data: FitProblem, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor]
+    data: FitData, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor]
 ) -> Iterator[Doubt]:
     """Why the errors of a model, within the noise, do not show that nothing is missing. `floors`:
     of the noise as that model shows it.

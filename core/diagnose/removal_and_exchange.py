@@ -17,19 +17,25 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm.catalogue import arm_parameters
-from ..diagnose.evidence import RELEVANT, TIE
-from ..diagnose.fit_problem import FitProblem, parametrised
-from ..diagnose.fitted_model import FittedModel, fit_model
+from ..diagnose.evidence import TIE
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen
 from ..diagnose.output_changes import OutputChange
-from ..diagnose.refit import Refit, fit, refit_with, with_robust_covariance, with_whitened_cost
-from ..diagnose.refit_starts import ROUGH_ITERATIONS
-from ..diagnose.remaining_error import within_noise
 from ..effects import effect, with_included
 from ..effects.effect import Effect
 from ..effects.sizes import Sizes
+from ..estimate.fit_result import (
+    FitResult,
+    fit,
+    refit_with,
+    with_robust_covariance,
+    with_whitened_cost,
+)
+from ..estimate.fitted_model import FittedModel, fit_model
+from ..estimate.minimum import RELEVANT
+from ..estimate.problem import FitData, problem_of, within_noise
+from ..estimate.starts import ROUGH_ITERATIONS
 from ..model import Model
 from ..processors import thread_pool
 
@@ -39,12 +45,16 @@ StopCheck = Callable[[], bool]
 class RevisedModel(NamedTuple):
     """A fitted model with revised effects."""
 
-    refit: Refit
+    refit: FitResult
     effects: tuple[Effect, ...]
 
 
 def needed_effects(
-    data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: StopCheck
+    data: FitData,
+    refit: FitResult,
+    present: Sequence[Effect],
+    stated_count: int,
+    stopped: StopCheck,
 ) -> RevisedModel:
     """Remove effects without which the error hardly grows or stays within noise, or replace them
     by the simpler ones that they include; each time the option with the best BIC.
@@ -76,7 +86,7 @@ def needed_effects(
 def with_stated_sizes(model: FittedModel, stated_count: int, stopped: StopCheck) -> FittedModel:
     """The model with what its added effects free beside their own sizes, such as the motors'
     inertias of an elastic joint, as stated; as it is where that leaves relevantly more."""
-    data, values = model.data, model.refit.parametrised.values()
+    data, values = model.data, model.refit.problem.values()
     own = [
         k
         for e in model.effects[stated_count:]
@@ -92,18 +102,18 @@ def with_stated_sizes(model: FittedModel, stated_count: int, stopped: StopCheck)
     return after if after.refit.cost - model.refit.cost < RELEVANT * data.count else model
 
 
-def bic(refit: Refit, data: FitProblem) -> float:
+def bic(refit: FitResult, data: FitData) -> float:
     """Squared error in noise floors plus the price of the parameters (Schwarz 1978)."""
-    return float(refit.cost + len(refit.parametrised.unknowns) * np.log(data.count))
+    return float(refit.cost + len(refit.problem.unknowns) * np.log(data.count))
 
 
 def _refitted(
-    data: FitProblem, refit: Refit, options: Sequence[tuple[Effect, ...]], stopped: StopCheck
+    data: FitData, refit: FitResult, options: Sequence[tuple[Effect, ...]], stopped: StopCheck
 ) -> list[RevisedModel]:
     """Each set of effects, fitted from a model's current values."""
 
     def fitted(effects: tuple[Effect, ...]) -> RevisedModel:
-        start = parametrised(data, effects, refit.parametrised.values())
+        start = problem_of(data, effects, refit.problem.values())
         return RevisedModel(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
     with thread_pool(len(options)) as pool:
@@ -146,7 +156,7 @@ class _Exchange(NamedTuple):
 
 
 def best_exchange(
-    data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen,
+    data: FitData, refit: FitResult, present: Sequence[Effect], stated_count: int, screened: Screen,
     stopped: StopCheck,
 ) -> RevisedModel | None:  # fmt: skip
     """The model with one added effect replaced, if that is better by more than a tie of BIC; or
@@ -155,10 +165,10 @@ def best_exchange(
     first `stated_count` of the effects `present` are the user's and stay."""
     refit = with_whitened_cost(refit, screened.whitener)
 
-    def refitted(exchange: _Exchange) -> Refit:
-        start = {**refit.parametrised.values(), **exchange.values}
+    def refitted(exchange: _Exchange) -> FitResult:
+        start = {**refit.problem.values(), **exchange.values}
         return refit_with(
-            data, refit.parametrised, exchange.effects, start, screened.whitener, screened.slopes,
+            data, refit.problem, exchange.effects, start, screened.whitener, screened.slopes,
             exchange.scanned, stopped,
         )  # fmt: skip
 
@@ -177,7 +187,7 @@ def best_exchange(
 
 
 def _exchanges(
-    data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen
+    data: FitData, refit: FitResult, present: Sequence[Effect], stated_count: int, screened: Screen
 ) -> Iterator[_Exchange]:
     added = range(stated_count, len(present))
     for k in added:
@@ -192,7 +202,7 @@ def _exchanges(
 
 
 def _replacements(
-    data: FitProblem, refit: Refit, present: Sequence[Effect], places: Sequence[int],
+    data: FitData, refit: FitResult, present: Sequence[Effect], places: Sequence[int],
     screened: Screen, simpler: Sequence[Effect] = (),
 ) -> list[_Exchange]:  # fmt: skip
     """Replacements of the effects at some places, most likely first; `simpler` effects stay beside
@@ -212,13 +222,13 @@ def _replacements(
     ]
 
 
-def _whitened_bic(refit: Refit, data: FitProblem) -> float:
-    return refit.whitened_cost + len(refit.parametrised.unknowns) * float(np.log(data.count))
+def _whitened_bic(refit: FitResult, data: FitData) -> float:
+    return refit.whitened_cost + len(refit.problem.unknowns) * float(np.log(data.count))
 
 
 def _best_competitors(
-    data: FitProblem,
-    refit: Refit,
+    data: FitData,
+    refit: FitResult,
     removed: Sequence[Effect],
     others: Sequence[Effect],
     screened: Screen,
@@ -228,17 +238,17 @@ def _best_competitors(
     them, or along the slopes of this model. In the simulation vibrations are out of step where a
     large effect has gone, and nothing seems to replace it; a slope does not know where dry friction
     turns round."""
-    h = refit.parametrised
-    neutral = _neutral_sizes(removed, h.model, data.sizes)
-    own = neutral.keys() - _neutral_sizes(others, h.model, data.sizes).keys()
-    labels = h.unknowns.labels
-    sizes = [(j, h.vector[j] - neutral[name]) for j, name in enumerate(labels) if name in own]
+    problem = refit.problem
+    neutral = _neutral_sizes(removed, problem.model, data.sizes)
+    own = neutral.keys() - _neutral_sizes(others, problem.model, data.sizes).keys()
+    labels = problem.unknowns.labels
+    sizes = [(j, problem.vector[j] - neutral[name]) for j, name in enumerate(labels) if name in own]
     columns = [j for j, name in enumerate(labels) if name not in own]
     along = [
         e - sum(S[:, :, j] * size for j, size in sizes)
         for e, S in zip(refit.errors, screened.slopes, strict=True)
     ]
-    without = parametrised(data, others, h.values())
+    without = problem_of(data, others, problem.values())
     simulated = [np.asarray(e) for e in without.errors(without.vector)]
     best: dict[str, tuple[float, Effect, dict[str, float], tuple[str, ...]]] = {}
     for errors in (simulated, along):
@@ -252,7 +262,7 @@ def _best_competitors(
 
 
 def _competitors(
-    refit: Refit,
+    refit: FitResult,
     removed: Sequence[Effect],
     screened: Screen,
     errors: Sequence[np.ndarray],
@@ -260,10 +270,10 @@ def _competitors(
 ) -> Iterator[tuple[float, Effect, dict[str, float], tuple[str, ...]]]:
     """The same of the errors (M, k) per recording without the effects `removed`, to which the
     unknowns in `columns` adapt."""
-    h = refit.parametrised
+    problem = refit.problem
     slopes = [S[:, :, list(columns)] for S in screened.slopes]
     blocks = [c.blocks for c in screened.output_changes]
-    known = [x[list(columns)] for x in h.limits.prior_measurements(h.vector)]
+    known = [x[list(columns)] for x in problem.limits.prior_measurements(problem.vector)]
     prior = known[0], known[1]
     products = gram_matrix(errors, slopes, blocks, screened.whitener, prior).projected()
     explained = products[-1, -1] - refit.whitened_cost

@@ -16,21 +16,20 @@ from typing import NamedTuple
 from ..diagnose import progress_messages as messages
 from ..diagnose.acceptance import Round
 from ..diagnose.bending_shapes import resolved
-from ..diagnose.evidence import RELEVANT
-from ..diagnose.fit_problem import FitProblem, with_shared_motions
-from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.judgement import Judge
 from ..diagnose.linear_screen import Screen, screen
 from ..diagnose.memo import Memo
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
 from ..diagnose.ranking import ranking_of
-from ..diagnose.remaining_error import remaining_error, within_noise
+from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import applicable, search_round
-from ..diagnose.step_choice import enough_substeps
 from ..effects.effect import Effect
+from ..estimate.fitted_model import FittedModel, fit_model
+from ..estimate.minimum import RELEVANT, enough_substeps
+from ..estimate.problem import FitData, with_shared_motions, within_noise
 from ..identify.loop_rate import better_loop
 from ..noise.noise_floor import Floor
 from ..progress import Progress
@@ -169,7 +168,7 @@ class Search:
 
     def _finer(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough for what it leaves; as it is where they are."""
-        data, values = model.data, model.refit.parametrised.all_values()
+        data, values = model.data, model.refit.problem.all_values()
         steps = enough_substeps(data, model.effects, values)
         if steps // 2 <= data.anchored_substeps:  # enough where an anchor corrects them
             return model
@@ -179,12 +178,12 @@ class Search:
     def _with_better_loop(self, model: FittedModel) -> FittedModel:
         """The model with the rate of the rig's loop that leaves less error: an effect that was
         missing may have hidden it."""
-        h = model.refit.parametrised
-        servo = better_loop(h.residuals, h.vector)
+        problem = model.refit.problem
+        servo = better_loop(problem.residuals, problem.vector)
         if servo is None:
             return model
         data = model.data.for_bare(model.data.bare.steered_by(servo))
-        other = fit_model(data, model.effects, h.all_values(), self.progress.stopped)
+        other = fit_model(data, model.effects, problem.all_values(), self.progress.stopped)
         return other if other.refit.cost < model.refit.cost else model
 
     def added(self, model: FittedModel) -> tuple[Effect, ...]:
@@ -223,8 +222,8 @@ class Search:
     ) -> Round:  # fmt: skip
         """Rank these candidates on a model and test the best."""
         data, refit, present = model.data, model.refit, model.effects
-        planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
-        steps = messages.RoundProgress(self.progress, refit.parametrised.model.arm, planned)
+        planned = [t for c in candidates for t in trials(refit.problem, c, data)]
+        steps = messages.RoundProgress(self.progress, refit.problem.model.arm, planned)
         self.memo.titles[title] += 1
         number = self.memo.titles[title]
         steps.begin(title if number == 1 else f"{title}, round {number}", len(candidates))
@@ -265,7 +264,7 @@ class Search:
         if len(kept.effects) == len(model.effects) and kept.effects == model.effects:
             return None
         gone = tuple(e.title for e in model.effects if e not in kept.effects)
-        values = kept.refit.parametrised.values()
+        values = kept.refit.problem.values()
         after = fit_model(model.data, kept.effects, values, self.progress.stopped)
         return Move(after, f"Without: {', '.join(gone)}", removed=gone)
 
@@ -280,7 +279,7 @@ class Search:
         exchange = best_exchange(data, model.refit, model.effects, count, screened, stopped)
         if exchange is None:
             return None
-        values = exchange.refit.parametrised.values()
+        values = exchange.refit.problem.values()
         after = fit_model(data, exchange.effects, values, self.progress.stopped)
         # The whitener knows the error of the model as it stands; one that leaves relevantly more
         # of it is no better explanation, whatever its colour says.
@@ -292,15 +291,15 @@ class Search:
         title = f"{listed([e.title for e in new])} for {', '.join(gone)}"
         return Move(after, title, tuple(e.kind for e in new), gone)
 
-    def _screened(self, model: FittedModel) -> tuple[Screen, FitProblem]:
+    def _screened(self, model: FittedModel) -> tuple[Screen, FitData]:
         """The screen of a model, and the data with its motions."""
         known = self.memo.rounds.get(model.key)
-        data = with_shared_motions(model.data, model.refit.parametrised)
+        data = with_shared_motions(model.data, model.refit.problem)
         if known is not None and known.model.refit is model.refit:
             return known.round.screen, data
         candidates = applicable(data, model.effects, self.options.candidates)
-        h, stopped = model.refit.parametrised, self.progress.stopped
-        return screen(data, h, model.effects, candidates, lambda _: stopped()), data
+        problem, stopped = model.refit.problem, self.progress.stopped
+        return screen(data, problem, model.effects, candidates, lambda _: stopped()), data
 
     def _judge(self, model: FittedModel) -> Judge:
         """What refuses a model that takes the place of this one."""

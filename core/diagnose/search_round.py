@@ -14,7 +14,6 @@ import numpy as np
 
 from ..diagnose.acceptance import Acceptance, Round
 from ..diagnose.evidence import (
-    RELEVANT,
     WHOLE_SHARE,
     RefittedCandidate,
     assess_refit,
@@ -22,26 +21,26 @@ from ..diagnose.evidence import (
     share_above_noise,
     unseen_decide,
 )
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, with_shared_motions
-from ..diagnose.fitted_model import FittedModel
-from ..diagnose.judgement import Judge, UnseenChange
-from ..diagnose.ladder_steps import ValidationFit
+from ..diagnose.judgement import Judge
 from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.progress_messages import ACCEPTANCE, REFITS, SLOW_REFITS
-from ..diagnose.refit import (
+from ..effects import catalogue
+from ..effects.effect import Effect, EffectParameter, Rig
+from ..estimate.fit_result import (
     TRIAL_ITERATIONS,
-    Refit,
+    FitResult,
     SlopesByLabel,
     best_start,
     fit,
     with_precise_errors,
     with_whitened_cost,
 )
-from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings, vibrates
-from ..diagnose.remaining_error import within_noise
-from ..effects import catalogue
-from ..effects.effect import Effect, EffectParameter, Rig
+from ..estimate.fitted_model import FittedModel
+from ..estimate.minimum import RELEVANT
+from ..estimate.problem import FitData, Problem, with_shared_motions, within_noise
+from ..estimate.starts import ROUGH_ITERATIONS, share_of_first_swings, vibrates
+from ..estimate.validation import UnseenChange, ValidationFit
 from ..least_squares import cost_of, predicted_reduction
 from ..noise.whitening import Whitener
 from ..processors import thread_pool
@@ -58,9 +57,7 @@ OnStage = Callable[[str, int | None], None]
 """Called with title and number of steps, if that is known, where a new stage begins."""
 
 
-def applicable(
-    data: FitProblem, present: Sequence[Effect], only: Sequence[str] = ()
-) -> list[Effect]:
+def applicable(data: FitData, present: Sequence[Effect], only: Sequence[str] = ()) -> list[Effect]:
     """Candidates for this rig that are not in the model yet, with those of their parameters that
     are not estimated already. What has no size, such as a further bending shape, is none."""
     have = {e.kind for e in present}
@@ -74,13 +71,13 @@ def applicable(
     ]
 
 
-def not_applicable(data: FitProblem, only: Sequence[str] = ()) -> dict[str, str]:
+def not_applicable(data: FitData, only: Sequence[str] = ()) -> dict[str, str]:
     """effect -> why this rig cannot show it, or why it is not offered."""
     reasons = {kind: _reason_against(e, data.rig, data) for kind, e in _selected(only).items()}
     return {kind: reason for kind, reason in reasons.items() if reason}
 
 
-def ruled_out(data: FitProblem, only: Sequence[str] = ()) -> dict[str, str]:
+def ruled_out(data: FitData, only: Sequence[str] = ()) -> dict[str, str]:
     """Title of an effect, or of one of its sizes, that is not searched -> what is stated of the
     rig."""
     each = [e.ruled_out(data.rig, data.sizes) for e in _selected(only).values()]
@@ -91,19 +88,19 @@ def _selected(only: Sequence[str]) -> dict[str, Effect]:
     return {kind: e for kind, e in sorted(catalogue().items()) if not only or kind in only}
 
 
-def _own_parameters(effect: Effect, rig: Rig, data: FitProblem) -> dict[str, EffectParameter]:
+def _own_parameters(effect: Effect, rig: Rig, data: FitData) -> dict[str, EffectParameter]:
     """An effect's parameters by name."""
     arm = effect.changed_arm(rig.arm, {})
     return {k.parameter.name: k for k in effect.parameters(arm, rig.drive, data.sizes)}
 
 
-def _estimated(effect: Effect, rig: Rig, data: FitProblem) -> frozenset[str]:
+def _estimated(effect: Effect, rig: Rig, data: FitData) -> frozenset[str]:
     """Names of an effect's parameters that every model estimates."""
     nuisance = {u.parameter.name for u in data.nuisance}
     return frozenset(nuisance.intersection(_own_parameters(effect, rig, data)))
 
 
-def _reason_against(effect: Effect, rig: Rig, data: FitProblem) -> str:
+def _reason_against(effect: Effect, rig: Rig, data: FitData) -> str:
     """Why an effect is not offered; empty if it is."""
     free, own = _estimated(effect, rig, data), _own_parameters(effect, rig, data)
     new = any(name not in free and not k.secondary for name, k in own.items())
@@ -115,7 +112,7 @@ def _reason_against(effect: Effect, rig: Rig, data: FitProblem) -> str:
 
 
 def search_round(
-    data: FitProblem, before: Refit, present: Sequence[Effect], candidates: Sequence[Effect],
+    data: FitData, before: FitResult, present: Sequence[Effect], candidates: Sequence[Effect],
     on_progress: OnProgress, on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
     judge: Judge | None = None, on_stage: OnStage = lambda _title, _total: None,
@@ -127,8 +124,8 @@ def search_round(
     gets the title and the steps of what follows the screen.
     """
     judge = judge or Judge(FittedModel(data, before, tuple(present)))
-    data = with_shared_motions(data, before.parametrised)
-    screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
+    data = with_shared_motions(data, before.problem)
+    screened = screen(data, before.problem, present, candidates, on_progress, on_screen)
     if on_screen is not None:
         on_screen(screened)
     before = with_whitened_cost(before, screened.whitener)
@@ -164,7 +161,7 @@ def search_round(
 
 
 def _ranked(
-    refitted: list[RefittedCandidate], data: FitProblem, judge: Judge
+    refitted: list[RefittedCandidate], data: FitData, judge: Judge
 ) -> list[RefittedCandidate]:
     """Best first, by the recordings that no fit has used where there are some."""
 
@@ -183,7 +180,7 @@ def _ranked(
 
 
 def _chosen(
-    screened: Screen, data: FitProblem, before: Refit, present: Sequence[Effect],
+    screened: Screen, data: FitData, before: FitResult, present: Sequence[Effect],
     stopped: Callable[[], bool],
 ) -> list[ScreenedCandidate]:  # fmt: skip
     """The candidates that are refitted, with those that they become at an end of their range."""
@@ -198,11 +195,11 @@ def _chosen(
 
 
 def _slow_starts_last(
-    chosen: Sequence[ScreenedCandidate], data: FitProblem, before: Refit, present: Sequence[Effect]
+    chosen: Sequence[ScreenedCandidate], data: FitData, before: FitResult, present: Sequence[Effect]
 ) -> list[list[ScreenedCandidate]]:
     """Effects whose starts must be searched come after the others, which may leave no more than
     noise. One group at least, perhaps of none: a set of effects may explain what none does."""
-    base = before.parametrised
+    base = before.problem
     slow = [s for s in chosen if s.scanned and vibrates(data, base, [*present, s.effect], s.values)]
     first = [s for s in chosen if s not in slow]
     return [first, slow] if slow and first else [first or slow]
@@ -218,7 +215,7 @@ def _refit_candidates(
     stopped = lambda: on_progress("")  # noqa: E731
 
     def begin(s: ScreenedCandidate) -> PartialRefit:
-        effects, base = [*present, s.effect], before.parametrised
+        effects, base = [*present, s.effect], before.problem
         rest = screened.slopes, s.scanned, stopped
         partial = begin_refit(data, base, effects, s.values, *rest)
         if not np.isfinite(partial.refit.cost):
@@ -240,7 +237,7 @@ def _refit_candidates(
 
 
 def vibrating(
-    screened: Screen, chosen: Sequence[ScreenedCandidate], data: FitProblem, before: Refit,
+    screened: Screen, chosen: Sequence[ScreenedCandidate], data: FitData, before: FitResult,
     present: Sequence[Effect], predicted: float, stopped: Callable[[], bool],
 ) -> list[ScreenedCandidate]:  # fmt: skip
     """Candidates that explain more of the first swings than the share that is `predicted` of the
@@ -252,7 +249,7 @@ def vibrating(
     left = [s for s in screened.candidates if s not in chosen]
 
     def share(s: ScreenedCandidate) -> float:
-        effects, base = [*present, s.effect], before.parametrised
+        effects, base = [*present, s.effect], before.problem
         return share_of_first_swings(data, base, effects, s.values, s.scanned, stopped)
 
     with thread_pool(len(left)) as pool:
@@ -282,7 +279,7 @@ ends there; and on the error above noise of the best, within which a refit goes 
 class PartialRefit:
     """A refit after its first iterations."""
 
-    refit: Refit
+    refit: FitResult
     left: int
     """Iterations that it may still take."""
     reused: SlopesByLabel
@@ -290,18 +287,18 @@ class PartialRefit:
     @property
     def bound(self) -> float:
         """The lowest cost that it may still reach."""
-        descended, h = self.refit.descended, self.refit.parametrised
+        descended, problem = self.refit.descended, self.refit.problem
         if not np.isfinite(descended.cost):
             return np.inf
-        return descended.cost - OPTIMISM * predicted_reduction(descended, h.limits)
+        return descended.cost - OPTIMISM * predicted_reduction(descended, problem.limits)
 
 
 def begin_refit(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    data: FitData, base: Problem, effects: Sequence[Effect],
     values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
     stopped: Callable[[], bool],
 ) -> PartialRefit:  # fmt: skip
-    """The first iterations of `core.diagnose.refit.refit_with`."""
+    """The first iterations of `core.estimate.fit_result.refit_with`."""
     start, spent, reused = best_start(data, base, effects, values, slopes, scanned, stopped)
     remaining = ROUGH_ITERATIONS - spent
     return PartialRefit(
@@ -310,17 +307,17 @@ def begin_refit(
 
 
 def finish_refit(
-    data: FitProblem,
+    data: FitData,
     runner: PartialRefit,
     goes_on: bool,
     whitener: Whitener,
     stopped: Callable[[], bool],
-) -> Refit:
+) -> FitResult:
     """The refit, with its remaining iterations if it `goes_on` and has not ended; the winner equals
     a full refit."""
     refit = runner.refit
     if goes_on and not refit.descended.ended:
-        at, damping = refit.parametrised, refit.descended.damping
+        at, damping = refit.problem, refit.descended.damping
         refit = fit(at, None, stopped, runner.left, runner.reused, damping)
     return with_precise_errors(data, refit, whitener)
 

@@ -15,18 +15,18 @@ import numpy as np
 
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import TIE
-from ..diagnose.fit_problem import ParametrisedModel
 from ..diagnose.linear_screen import screen
 from ..diagnose.next_experiment import (
     NAME,
     NormalMatrix,
-    parametrised_on,
+    problem_on,
     score_on_data,
     shared_normal_matrix,
 )
-from ..diagnose.refit import Refit, refit_with
 from ..effects import catalogue
 from ..errors import InputError
+from ..estimate.fit_result import FitResult, refit_with
+from ..estimate.problem import Problem
 from ..experiments.identified_model import IdentifiedModel
 from ..experiments.information import Information, expected
 from ..experiments.rig_limits import RigLimits, rig_limits
@@ -85,7 +85,7 @@ class Design:
     """The experiments to make, most informative first."""
 
     chosen: tuple[Candidate, ...]
-    fitted: ParametrisedModel
+    fitted: Problem
     limits: RigLimits
     deviations: tuple[ParameterDeviation, ...]
     competing: tuple[str, ...] = ()
@@ -104,7 +104,7 @@ def design(base_fit: BaseFit, request: ExperimentRequest, progress: Progress) ->
     parameter or an effect is not known, the limits leave no motion, or the rig's drive can be
     played nothing."""
     fitted = IdentifiedModel(base_fit)
-    _check_drive(fitted.h.model)
+    _check_drive(fitted.problem.model)
     names = _parameters_of(fitted, request.parameters)
     if not names and not request.between:
         raise InputError(
@@ -117,7 +117,7 @@ def design(base_fit: BaseFit, request: ExperimentRequest, progress: Progress) ->
     chosen = _chosen(fitted, candidates, names, request, bool(competing))
     return Design(
         chosen=tuple(chosen),
-        fitted=fitted.h,
+        fitted=fitted.problem,
         limits=limits,
         deviations=_deviations(fitted, chosen, names),
         competing=tuple(catalogue()[kind].title for kind in request.between),
@@ -144,35 +144,35 @@ def _parameters_of(fitted: IdentifiedModel, names: Sequence[str]) -> list[str]:
     return [n for n in (names or determined) if n in determined]
 
 
-def _pair(
-    fitted: IdentifiedModel, kinds: Sequence[str], progress: Progress
-) -> list[ParametrisedModel]:
+def _pair(fitted: IdentifiedModel, kinds: Sequence[str], progress: Progress) -> list[Problem]:
     """The model with each of the two effects, fitted to the existing recordings."""
     if not kinds:
         return []
     for kind in kinds:
         if kind not in catalogue():
             raise InputError(f"--between {kind}: {did_you_mean(kind, catalogue())}")
-    data, h, stopped = fitted.data, fitted.h, progress.stopped
-    present = list(h.model.effects)
+    data, problem, stopped = fitted.data, fitted.problem, progress.stopped
+    present = list(problem.model.effects)
     progress.stage("Fitting both effects")
-    screened = screen(data, h, present, [catalogue()[kind] for kind in kinds], lambda _: stopped())
+    screened = screen(
+        data, problem, present, [catalogue()[kind] for kind in kinds], lambda _: stopped()
+    )
 
-    def with_it(kind: str) -> Refit:
+    def with_it(kind: str) -> FitResult:
         s = next((c for c in screened.candidates if c.effect.kind == kind), None)
         if s is None:
             raise InputError(f"--between {kind}: these recordings cannot show it.")
         return refit_with(
-            data, h, [*present, s.effect], s.values, screened.whitener, screened.slopes, s.scanned,
-            stopped,
+            data, problem, [*present, s.effect], s.values, screened.whitener, screened.slopes,
+            s.scanned, stopped,
         )  # fmt: skip
 
-    return [refit.parametrised for refit in on_all_cores(with_it, kinds)]
+    return [refit.problem for refit in on_all_cores(with_it, kinds)]
 
 
 def _candidates(
     fitted: IdentifiedModel, limits: RigLimits, request: ExperimentRequest,
-    competing: list[ParametrisedModel],
+    competing: list[Problem],
     progress: Progress,
 ) -> list[Candidate]:  # fmt: skip
     first = fitted.data.experiments[0].recording
@@ -191,7 +191,9 @@ def _candidates(
             return None
         planned = fitted.data_for(strong)
         score = score_on_data(planned, competing[0], competing[1], normal) if competing else 0.0
-        return Candidate(strong, expected(parametrised_on(planned, fitted.h), fitted.errors), score)
+        return Candidate(
+            strong, expected(problem_on(planned, fitted.problem), fitted.errors), score
+        )
 
     tried = trials(limits, round(seconds / dt) * dt, dt)
     progress.stage("Simulating the experiments that the limits allow", len(tried))
@@ -255,7 +257,7 @@ def _deviations(
     """Standard deviations of the fit, and with the chosen experiments."""
     exact = on_all_cores(
         lambda c: expected(
-            parametrised_on(fitted.data_for(c.trial), fitted.h), fitted.errors, EXACT
+            problem_on(fitted.data_for(c.trial), fitted.problem), fitted.errors, EXACT
         ),
         chosen,
     )

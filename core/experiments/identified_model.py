@@ -11,9 +11,9 @@ import scipy
 
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.final_results import final_parameters
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.next_experiment import data_for_recording, expected_recording
-from ..diagnose.refit import with_robust_covariance
+from ..estimate.fit_result import with_robust_covariance
+from ..estimate.problem import FitData, Problem
 from ..experiments.information import Information, information
 from ..experiments.trial import Trial, model_without_servo, simulate_reference
 from ..identify.estimates import derived_estimates
@@ -45,28 +45,28 @@ class IdentifiedModel:
     base_fit: BaseFit
 
     @property
-    def h(self) -> ParametrisedModel:
+    def problem(self) -> Problem:
         """At its minimum."""
-        return self.base_fit.base.parametrised
+        return self.base_fit.base.problem
 
     @property
-    def data(self) -> FitProblem:
+    def data(self) -> FitData:
         """The existing recordings."""
         return self.base_fit.data
 
     @property
     def motions(self) -> list[Trajectory]:
         """Motions of the model along each recording."""
-        return [motion for motion, _, _ in self.h.motions()]
+        return [motion for motion, _, _ in self.problem.motions()]
 
     @cached_property
     def motion_errors(self) -> np.ndarray:
         """(joints,) relative error of the model's motion when the recorded references are
         simulated; torques without a loop let it drift."""
-        model = model_without_servo(self.h)
+        model = model_without_servo(self.problem)
         worst = np.zeros(model.arm.joints)
         for e in self.data.experiments[:TRUSTED]:
-            motion = simulate_reference(self.h, make_task(model, e.recording), self.steps)
+            motion = simulate_reference(self.problem, make_task(model, e.recording), self.steps)
             for k in range(model.arm.joints):
                 place = e.recording.channels.get(f"theta{k + 1}")
                 if place is not None:
@@ -78,34 +78,34 @@ class IdentifiedModel:
     def steps(self) -> int:
         """Steps per sample, such that twice as many change no peak by more than CLOSE."""
         recording = self.data.experiments[0].recording
-        task, steps = make_task(model_without_servo(self.h), recording), FEWEST_STEPS
-        peaks = _peaks(simulate_reference(self.h, task, steps))
+        task, steps = make_task(model_without_servo(self.problem), recording), FEWEST_STEPS
+        peaks = _peaks(simulate_reference(self.problem, task, steps))
         while steps < MOST_STEPS:
-            finer = _peaks(simulate_reference(self.h, task, 2 * steps))
+            finer = _peaks(simulate_reference(self.problem, task, 2 * steps))
             if np.all(np.abs(finer - peaks) <= CLOSE * peaks):
                 break
             steps, peaks = 2 * steps, finer
         return steps
 
     @cached_property
-    def models(self) -> list[ParametrisedModel]:
+    def models(self) -> list[Problem]:
         """The fitted model, and variants at the ends of uncertain intervals."""
-        labels, variants = self.h.unknowns.labels, [self.h]
+        labels, variants = self.problem.unknowns.labels, [self.problem]
         for name, e in self.estimates.items():
             if name not in labels:
                 continue
             far = 2.0 * e.std if math.isfinite(e.std) else 0.0
             if far > UNSURE * abs(e.value):
                 for value in (max(e.value - far, e.lower), min(e.value + far, e.upper)):
-                    x = self.h.vector.copy()
+                    x = self.problem.vector.copy()
                     x[labels.index(name)] = value
-                    variants.append(self.h.at(x))
+                    variants.append(self.problem.at(x))
         return variants
 
     @cached_property
     def errors(self) -> Autocovariance:
         """Autocovariance of the errors; new recordings are expected to have the same."""
-        pairs = zip(self.base_fit.base.errors, self.h.residuals.counted, strict=True)
+        pairs = zip(self.base_fit.base.errors, self.problem.residuals.counted, strict=True)
         return autocovariance(*pairs)
 
     @cached_property
@@ -117,25 +117,27 @@ class IdentifiedModel:
     def known(self) -> Information:
         """Information of the existing recordings."""
         base = self.base_fit.base
-        counted = self.h.residuals.counted
+        counted = self.problem.residuals.counted
         own = [autocovariance(each) for each in zip(base.errors, counted, strict=True)]
-        return information(self.h.unknowns.labels, base.descended.slopes, own)
+        return information(self.problem.unknowns.labels, base.descended.slopes, own)
 
     def deviations(self, shown: Information) -> dict[str, float]:
         """Parameter name -> standard deviation, SI, for given information."""
-        h, labels = self.h, self.h.unknowns.labels
+        problem, labels = self.problem, self.problem.unknowns.labels
         covariance = shown.covariance(labels)
         own = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        derived = derived_estimates(h.model, h.unknowns, h.vector, covariance, None)
+        derived = derived_estimates(
+            problem.model, problem.unknowns, problem.vector, covariance, None
+        )
         by_name = dict(zip(labels, map(float, own), strict=True))
         return by_name | {e.name: e.std for e in derived}
 
-    def data_for(self, trial: Trial) -> FitProblem:
+    def data_for(self, trial: Trial) -> FitData:
         """The data of a planned trial."""
-        model, like = model_without_servo(self.h), self.data.experiments[0].recording
+        model, like = model_without_servo(self.problem), self.data.experiments[0].recording
         task, point = trial.task(model)
         return data_for_recording(
-            self.data, expected_recording(model, task, point, trial.motion(self.h), like)
+            self.data, expected_recording(model, task, point, trial.motion(self.problem), like)
         )
 
 

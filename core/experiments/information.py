@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.fit_problem import ParametrisedModel
+from ..estimate.problem import Problem
 from ..identify.defect_correction import MOST_STEPS, with_steps
 from ..identify.uncertainty import Autocovariance, score_covariance
 from ..least_squares import SEEN, pseudo_inverse
@@ -60,21 +60,21 @@ def information(
     return Information(tuple(labels), A, B)
 
 
-def expected(h: ParametrisedModel, errors: Autocovariance, within: float = np.inf) -> Information:
+def expected(problem: Problem, errors: Autocovariance, within: float = np.inf) -> Information:
     """Of an experiment to come: the fitted model on it, with the errors of the recordings there
     are. More steps may change what it shows of any unknown by a share `within`: a vibration that
     few steps damp shows little."""
-    steps = h.substeps
-    shown = _with_steps(h, errors, steps)
+    steps = problem.substeps
+    shown = _with_steps(problem, errors, steps)
     while np.isfinite(within) and steps < MOST_STEPS:
         steps, coarse = 2 * steps, shown
-        shown = _with_steps(h, errors, steps)
+        shown = _with_steps(problem, errors, steps)
         changed = np.abs(np.diag(shown.A) - np.diag(coarse.A))
         if np.all(changed <= within * np.diag(shown.A)):
             break
     return shown
 
 
-def _with_steps(h: ParametrisedModel, errors: Autocovariance, steps: int) -> Information:
-    slopes = with_steps(h.residuals, steps).sensitivities(h.vector, central=False)
-    return information(h.unknowns.labels, slopes, [errors] * len(slopes))
+def _with_steps(problem: Problem, errors: Autocovariance, steps: int) -> Information:
+    slopes = with_steps(problem.residuals, steps).slopes(problem.vector, central=False)
+    return information(problem.unknowns.labels, slopes, [errors] * len(slopes))

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.cost_minimum import converge_precisely
 from ..diagnose.diagnose import fit_base_to_recordings
 from ..diagnose.search_options import Options
+from ..estimate.minimum import converge_precisely
 from ..experiments.design import Design, ExperimentRequest, design
 from ..identify.setup import make_setup
 from ..linear_or_nonlinear import AUTO

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.fit_problem import ParametrisedModel
+from ..estimate.problem import Problem
 from ..experiments.rig_limits import RigLimits
 from ..model import Model
 from ..recording.spec import SimulateSpec
@@ -73,22 +73,22 @@ class Trial:
             references[:, k] = at + size * (references[:, k] - at)
         return replace(task, references=references), point
 
-    def motion(self, h: ParametrisedModel, steps: int = TRIAL_STEPS) -> Trajectory:
+    def motion(self, problem: Problem, steps: int = TRIAL_STEPS) -> Trajectory:
         """The motion of a fitted model."""
-        return simulate_reference(h, self.task(model_without_servo(h))[0], steps)
+        return simulate_reference(problem, self.task(model_without_servo(problem))[0], steps)
 
 
-def model_without_servo(h: ParametrisedModel) -> Model:
+def model_without_servo(problem: Problem) -> Model:
     """A fitted model without a virtual servo."""
-    model = h.model.steered_by(None)
-    own = {k: v for k, v in h.values().items() if k in model.effect_values}
+    model = problem.model.steered_by(None)
+    own = {k: v for k, v in problem.values().items() if k in model.effect_values}
     return replace(model, effect_values={**model.effect_values, **own})
 
 
-def simulate_reference(h: ParametrisedModel, task: Task, steps: int) -> Trajectory:
+def simulate_reference(problem: Problem, task: Task, steps: int) -> Trajectory:
     """The motion of a fitted model under references, with so many steps per sample."""
-    model = model_without_servo(h)
-    shared = {k: v for k, v in h.values().items() if "@" not in k}
+    model = model_without_servo(problem)
+    shared = {k: v for k, v in problem.values().items() if "@" not in k}
     return run(model, model.numbers(shared), task, steps)
 
 
@@ -122,7 +122,7 @@ def _round(place: float, span: float) -> float:
 
 
 def strongest(
-    trial: Trial, models: Sequence[ParametrisedModel], limits: RigLimits, first_sizes: np.ndarray,
+    trial: Trial, models: Sequence[Problem], limits: RigLimits, first_sizes: np.ndarray,
     motion_error: np.ndarray | float, steps: int,
 ) -> Trial | None:  # fmt: skip
     """The trial as strong as the limits allow by every one of the models; None where it cannot
@@ -135,7 +135,7 @@ def strongest(
     sizes, best = np.array(first_sizes, dtype=float), None
     for _ in range(MOST_TRIES):
         tried = replace(trial, amplitudes=tuple(map(float, sizes)))
-        used = [limits.usage(tried.motion(h, steps), motion_error) for h in models]
+        used = [limits.usage(tried.motion(problem, steps), motion_error) for problem in models]
         share = np.max([np.maximum(own, tip) for own, tip in used], axis=0) / USED_SHARE
         if not np.all(np.isfinite(share)):
             sizes = 0.5 * sizes

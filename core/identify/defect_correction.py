@@ -158,7 +158,7 @@ def corrected_minimum(
             of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
         else:
             descended = levenberg_marquardt(
-                corrected.blocks, lambda x: coarse.sensitivities(x, central=False), vector, limits,
+                corrected.blocks, lambda x: coarse.slopes(x, central=False), vector, limits,
                 stopped, good_enough=0.0, share=LAST_REDUCTION / residuals.count,
             )  # fmt: skip
         is_short = not _length(descended.vector - vector, descended) > MOST_DESCENT**2
@@ -200,7 +200,7 @@ def _along_fine_slopes(
     """
 
     def slopes_with(steps: int) -> list[np.ndarray]:
-        return with_steps(residuals, steps).sensitivities(vector, central=False)
+        return with_steps(residuals, steps).slopes(vector, central=False)
 
     coarse, better = on_all_cores(slopes_with, (steps, 2 * steps))
     while True:

@@ -52,8 +52,8 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     squares = cost_of(blocks)
     if not np.isfinite(squares):
         raise not_finite("errors of the model")
-    sensitivities = list(refined.slopes) or residuals.sensitivities(vector)
-    jacobian = triangular(sensitivities) if P else np.zeros((1, 0))
+    slopes = list(refined.slopes) or residuals.slopes(vector)
+    jacobian = triangular(slopes) if P else np.zeros((1, 0))
     rank, _, null = (
         identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, np.zeros((0, 0)))
     )
@@ -62,7 +62,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     cov = np.zeros((0, 0))
     if P:
         cov = covariance(
-            sensitivities, blocks, residuals.counted, rank, known=limits.deviations, level=level
+            slopes, blocks, residuals.counted, rank, known=limits.deviations, level=level
         )
     identified = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
     determined = identifiability.determined(unknowns, vector, cov, null) if P else identified
@@ -75,7 +75,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     return Fit(
         label=label, recordings=recordings,
         estimates=_estimates(unknowns, vector, cov, identified, determined),
-        contradicted=_contradicted(residuals, vector, sensitivities, blocks, limits),
+        contradicted=_contradicted(residuals, vector, slopes, blocks, limits),
         correlation=identifiability.correlation_of(cov),
         cost=refined.cost if np.isfinite(refined.cost) else squares,
         residual_count=residuals.count, convergence=result.history,
@@ -118,7 +118,7 @@ SURELY_APART = 3.0
 
 
 def _contradicted(
-    residuals: Residuals, vector: np.ndarray, sensitivities: Sequence[np.ndarray],
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray],
     blocks: Sequence[np.ndarray], limits: BoundsAndPrior,
 ) -> dict[str, float]:  # fmt: skip
     """Label -> deviations between a parameter's prior and what the recordings alone would say, by
@@ -126,9 +126,9 @@ def _contradicted(
     known = np.flatnonzero(np.isfinite(limits.deviations))
     if not len(known):
         return {}
-    A, b = normal_equations(blocks, sensitivities)
+    A, b = normal_equations(blocks, slopes)
     alone = vector - pseudo_inverse(A) @ b
-    own = covariance(sensitivities, blocks, residuals.counted, len(vector))
+    own = covariance(slopes, blocks, residuals.counted, len(vector))
     spread = np.diag(own) + limits.deviations**2
     apart = np.abs(alone - limits.prior_means) / np.sqrt(spread)
     labels = residuals.unknowns.labels

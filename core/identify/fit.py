@@ -79,7 +79,7 @@ def _with_corrected_steps(
     """The minimum without step error, and its residuals."""
     vector = rough.vector
     limits = scaled_limits(residuals, vector, bounds_and_prior(residuals.unknowns.parameters))
-    slopes = residuals.sensitivities(vector, central=False)
+    slopes = residuals.slopes(vector, central=False)
     fine, descended = corrected_minimum(residuals, vector, slopes, limits, stopped)
     if not np.isfinite(descended.cost):
         return residuals, rough

@@ -45,7 +45,7 @@ def better_loop(residuals: Residuals, vector: np.ndarray) -> FollowingServo | No
         return None
     other = replace(servo, faster_loop=not servo.faster_loop)
     before, after = (replace(r, anchor=None) for r in (residuals, with_servo(residuals, other)))
-    slopes = after.sensitivities(vector, central=False)
+    slopes = after.slopes(vector, central=False)
     limits = bounds_and_prior(residuals.unknowns.parameters)
     end = minimum_along(slopes, after.blocks(vector), vector, limits)
     return other if end.cost < cost_of(before.blocks(vector)) else None

@@ -130,7 +130,7 @@ class _WatchedResiduals:
 
     def slopes(self, x: np.ndarray) -> list[np.ndarray]:
         expensive = self.residuals.predictor.simulation_is_expensive
-        return self.residuals.sensitivities(x, central=not expensive)
+        return self.residuals.slopes(x, central=not expensive)
 
     def stopped(self) -> bool:
         return self.on_step(self.cost)

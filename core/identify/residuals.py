@@ -163,7 +163,7 @@ class Residuals:
         """Number of samples that count, all channels together."""
         return int(sum(c.sum() for c in self.counted))
 
-    def sensitivities(
+    def slopes(
         self, vector: np.ndarray, central: bool = True, only: Sequence[int] | None = None
     ) -> list[np.ndarray]:
         """d(residual)/d(vector) per recording, (M_i, k, P), by differences; zero for entries

@@ -30,7 +30,7 @@ core.identify.identifiability.RANK_TOLERANCE."""
 
 
 def covariance(
-    sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray],
+    slopes: Sequence[np.ndarray], residuals: Sequence[np.ndarray],
     counted: Sequence[np.ndarray], free: int, relative: float = LEAST_EIGENVALUE,
     known: np.ndarray | float = np.inf, level: float = 1.0,
 ) -> np.ndarray:  # fmt: skip
@@ -39,9 +39,9 @@ def covariance(
     those whose `relative` eigenvalue of the normal equations is too small. `known`: deviations (P,)
     of what is known a priori, infinite where nothing is; `level`: rms of the noise in the
     residuals' unit."""
-    P = sensitivities[0].shape[2]
-    meat, (information, _) = np.zeros((P, P)), normal_equations(residuals, sensitivities)
-    for S, r, counts in zip(sensitivities, residuals, counted, strict=True):
+    P = slopes[0].shape[2]
+    meat, (information, _) = np.zeros((P, P)), normal_equations(residuals, slopes)
+    for S, r, counts in zip(slopes, residuals, counted, strict=True):
         own, flat = moving_columns(S)
         each = flat.reshape(*r.shape, len(own))
         meat[np.ix_(own, own)] += score_covariance(each, autocovariance((r, counts)))

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ..diagnose.fitted_model import FittedModel
+from ..estimate.fitted_model import FittedModel
 from ..recording.visible_band import visible_band
 from ..trajectory import Trajectory
 
@@ -22,12 +22,12 @@ ORDER = 2
 def actual_motions(model: FittedModel) -> tuple[Trajectory, ...]:
     """The motion of each recording, with the joints where the encoders saw them, within the band
     where they see a motion; of a model at its minimum."""
-    h = model.refit.parametrised
-    fitted = tuple(motion for motion, _, _ in h.motions())
+    problem = model.refit.problem
+    fitted = tuple(motion for motion, _, _ in problem.motions())
     if model.data.rig.servo:  # the joints follow the encoders already
         return fitted
     everything = range(len(fitted))
-    readings = h.residuals.predictor.readings([(h.vector, everything)])[0]
+    readings = problem.residuals.predictor.readings([(problem.vector, everything)])[0]
     missed = [
         {
             name: e.recording[name] - y[:, i]

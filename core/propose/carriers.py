@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..diagnose.evidence import RELEVANT
-from ..diagnose.fitted_model import FittedModel
+from ..estimate.fitted_model import FittedModel
+from ..estimate.minimum import RELEVANT
 from ..identify.uncertainty import autocovariance, score_covariance
 from ..least_squares import as_finite, pseudo_inverse
 from ..propose.targets import Target
@@ -201,7 +201,7 @@ def missed_by_law(
 
 def _free(model: FittedModel, held: Collection[str]) -> list[int]:
     """The unknowns of a model but those `held`."""
-    labels = model.refit.parametrised.unknowns.labels
+    labels = model.refit.problem.unknowns.labels
     return [j for j, label in enumerate(labels) if label not in held]
 
 
@@ -240,12 +240,12 @@ class ErrorParts:
     @classmethod
     def of(cls, model: FittedModel, held: Collection[str] = ()) -> ErrorParts:
         """Of a model at its minimum, whose unknowns `held` are none of the nuisance."""
-        h, free = model.refit.parametrised, _free(model, held)
+        problem, free = model.refit.problem, _free(model, held)
         blocks = [
             np.concatenate([S, r[..., None]], axis=-1)
             for S, r in zip(_directions(model, free), model.refit.errors, strict=True)
         ]
-        errors, sizes = (x[free] for x in h.limits.prior_measurements(h.vector))
+        errors, sizes = (x[free] for x in problem.limits.prior_measurements(problem.vector))
         known = np.column_stack([np.diag(-sizes), errors])
         parts = parts_of(model.refit.errors)
         return cls(cut(blocks, parts), known.T @ known, parts, model.data.count)

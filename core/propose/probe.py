@@ -13,13 +13,13 @@ import numpy as np
 import sympy as sp
 
 from ..arm.arm import Arm
-from ..diagnose.fit_problem import FitProblem, parametrised
-from ..diagnose.fitted_model import FittedModel
 from ..diagnose.output_changes import TRIAL_SUBSTEPS
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import joint_direction, sized
 from ..effects.sizes import Sizes
+from ..estimate.fitted_model import FittedModel
+from ..estimate.problem import FitData, problem_of
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, X
 from ..identify.predictor import Moving, Predictor, job_of
@@ -126,17 +126,17 @@ class _ProbedRun:
 
     @classmethod
     def of(cls, model: FittedModel, probe: Probe) -> _ProbedRun:
-        base, data = model.refit.parametrised, _with_signal(model.data)
+        base, data = model.refit.problem, _with_signal(model.data)
         own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
         size = SIGNAL_SHARE * float(np.max(data.sizes.torque))
         values = {**base.model.effect_values, **base.values(), SIZE: size}
         effects = [*model.effects, probe]
-        h = parametrised(data, effects, values, freed=own, refine=TRIAL_SUBSTEPS)
-        predictor, each = h.residuals.predictor, []
+        problem = problem_of(data, effects, values, freed=own, refine=TRIAL_SUBSTEPS)
+        predictor, each = problem.residuals.predictor, []
         for e in predictor.experiments:
-            own_values = predictor.values(e, h.vector)
+            own_values = predictor.values(e, problem.vector)
             each.append((e, e.model.numbers(own_values), own_values))
-        return cls(predictor, h.residuals.weights, each, size)
+        return cls(predictor, problem.residuals.weights, each, size)
 
     def outputs(self, signals: Sequence[Sequence[np.ndarray]]) -> list[list[np.ndarray]]:
         """(M, k) per signal and recording."""
@@ -177,7 +177,7 @@ def _with_input(model: Model, task: Task, signal: np.ndarray) -> Task:
     return replace(task, inputs=inputs)
 
 
-def _with_signal(data: FitProblem) -> FitProblem:
+def _with_signal(data: FitData) -> FitData:
     """The data with a column for the signal, of zeros."""
     experiments = tuple(
         replace(

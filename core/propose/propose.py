@@ -14,18 +14,18 @@ import numpy as np
 from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import LEAST_SHARE, WHOLE_SHARE, RefittedCandidate, certain
-from ..diagnose.fit_problem import parameter_names
-from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import Noise, estimates
 from ..diagnose.memo import Memo
 from ..diagnose.next_experiment import next_experiments, possible_experiments
-from ..diagnose.refit import Refit, with_robust_covariance
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import needed_effects
 from ..diagnose.search import Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
 from ..errors import InputError
+from ..estimate.fit_result import FitResult, with_robust_covariance
+from ..estimate.fitted_model import FittedModel
+from ..estimate.problem import parameter_names
 from ..information_criteria import fall_of_bic, with_evidence
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
@@ -106,7 +106,7 @@ class _Proposing:
         self, fitted: BaseFit, options: Options, progress: Progress,
         ranking: Sequence[RankedEffect], added: int,
     ) -> None:  # fmt: skip
-        effects = tuple(fitted.base.parametrised.model.effects)
+        effects = tuple(fitted.base.problem.model.effects)
         self.model = FittedModel(fitted.data, fitted.base, effects)
         self.motions = actual_motions(self.model)
         self.progress, self.ranking, self.stated = progress, ranking, len(effects) - added
@@ -207,7 +207,7 @@ class _Proposing:
 
     def _tried(self, carriers: tuple[Carrier, ...], laws: Sequence[Law]) -> Proposal:
         """The laws as candidates of one more round."""
-        arm, taken = self.model.data.bare.arm, set(self.model.refit.parametrised.model.parameters)
+        arm, taken = self.model.data.bare.arm, set(self.model.refit.problem.model.parameters)
         by_kind = {f"law_{i + 1}": law for i, law in enumerate(laws)}
         effects = []
         for kind, law in by_kind.items():
@@ -237,7 +237,7 @@ class _Proposing:
 
     def _chosen(
         self, found: Round, by_kind: dict[str, Law]
-    ) -> list[tuple[RefittedCandidate, Refit]]:
+    ) -> list[tuple[RefittedCandidate, FitResult]]:
         """The accepted law, and others that explain about as much and are another function."""
         best = found.accepted
         assert best is not None
@@ -254,10 +254,10 @@ class _Proposing:
         return chosen
 
     def _law(
-        self, w: RefittedCandidate, refit: Refit, by_kind: dict[str, Law], noise: Noise
+        self, w: RefittedCandidate, refit: FitResult, by_kind: dict[str, Law], noise: Noise
     ) -> ProposedLaw:
         law, data, own = by_kind[w.screened.effect.kind], self.model.data, w.screened.effect
-        names = parameter_names(own, refit.parametrised.model, data.sizes)
+        names = parameter_names(own, refit.problem.model, data.sizes)
         left, count = noise.left(data, refit), data.count
         listed = {e.name: e for e in estimates(refit)}
         at = law.with_values([listed[name].value for name in names])
@@ -274,14 +274,14 @@ class _Proposing:
             likeness=likeness, left=left,
         )  # fmt: skip
 
-    def _unseen(self, refit: Refit) -> float:
+    def _unseen(self, refit: FitResult) -> float:
         """rms on validation recordings in noise floors; NaN without any."""
         fitted = self.memo.validation_fit(FittedModel(self.model.data, refit, ()))
         if fitted is None:
             return float("nan")
         return float(np.sqrt(cost_of(fitted.errors) / fitted.data.count))
 
-    def _relative(self, refit: Refit) -> tuple[str, float]:
+    def _relative(self, refit: FitResult) -> tuple[str, float]:
         """The listed effect whose prediction is most like the law's, and the cosine."""
         change = [a - b for a, b in zip(self.model.refit.errors, refit.errors, strict=True)]
         best, most = "", float("nan")
@@ -294,13 +294,13 @@ class _Proposing:
         return best, most
 
     def _experiments(
-        self, chosen: Sequence[tuple[RefittedCandidate, Refit]]
+        self, chosen: Sequence[tuple[RefittedCandidate, FitResult]]
     ) -> tuple[PlannedExperiment, ...]:
         specs = possible_experiments(self.model.data)
         if len(chosen) < 2 or not specs or self.progress.stopped():
             return ()
         self.progress.stage("Planning the experiment that decides", None)
-        first, second = (refit.parametrised for _, refit in chosen[:2])
+        first, second = (refit.problem for _, refit in chosen[:2])
         one, other = (w.screened.effect.title for w, _ in chosen[:2])
         stopped = self.progress.stopped
         return next_experiments(self.model.data, first, second, (one, other), specs, stopped)

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..arm.arm import Arm
 from ..arm.joints import joint
-from ..diagnose.fitted_model import FittedModel
 from ..effects.own_reading import readings
+from ..estimate.fitted_model import FittedModel
 from ..identify.prepared_recording import Prepared
 from ..propose.probe import Probe, at_joint, at_tip, responses
 from ..propose.variables import (
@@ -84,7 +84,7 @@ class JointTarget(ForceTarget):
     def choices(
         self, model: FittedModel, motions: Sequence[Trajectory]
     ) -> list[tuple[Variable, Factor]]:
-        arm, k = model.refit.parametrised.model.arm, self.number
+        arm, k = model.refit.problem.model.arm, self.number
         kind = joint(arm.segments[k].joint)
         nothing = Factor(kind.effort.capitalize(), "", "", "", ones(motions))
         word, unit = f"theta{k + 1}", kind.coordinate_unit
@@ -167,8 +167,10 @@ class ReadingTarget(Target):
     def choices(
         self, model: FittedModel, motions: Sequence[Trajectory]
     ) -> list[tuple[Variable, Factor]]:
-        h = model.refit.parametrised
-        ideal = h.residuals.predictor.readings([(h.vector, range(len(model.data.experiments)))])[0]
+        problem = model.refit.problem
+        ideal = problem.residuals.predictor.readings(
+            [(problem.vector, range(len(model.data.experiments)))]
+        )[0]
         nothing = Factor("Error", "", "", "", tuple(np.ones(len(y)) for y in ideal))
         variables = [time_of(motions)]
         for k in self.channels:
@@ -194,7 +196,7 @@ class ReadingTarget(Target):
 
 def targets(model: FittedModel) -> tuple[Target, ...]:
     """Where a law of the model may act: forces first, then what is read beyond the drives."""
-    arm, data = model.refit.parametrised.model.arm, model.data
+    arm, data = model.refit.problem.model.arm, model.data
     first, possible = data.experiments[0], readings(arm)
     at = {name: k for k, (name, _) in enumerate(first.channels)}
     shown = {

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..arm.chord import deflection_rows
 from ..arm.joints import joint
-from ..diagnose.fitted_model import FittedModel
 from ..effects.per_segment import bending
+from ..estimate.fitted_model import FittedModel
 from ..recording.inputs import INPUTS, TIME, input_signals
 from ..trajectory import Trajectory
 
@@ -84,7 +84,7 @@ def time_of(motions: Sequence[Trajectory]) -> Variable:
 
 def joint_variables(model: FittedModel, motions: Sequence[Trajectory], k: int) -> list[Variable]:
     """Of a law at joint k, from 0: its own motion and torque first, then those of the others."""
-    arm = model.refit.parametrised.model.arm
+    arm = model.refit.problem.model.arm
     variables = []
     for j in sorted(range(arm.joints), key=lambda j: j != k):
         kind, of = joint(arm.segments[j].joint), f"joint {j + 1}"
@@ -141,7 +141,7 @@ def share_of_bristle(x: np.ndarray, way: float) -> np.ndarray:
 
 
 def _deflections(model: FittedModel, motions: Sequence[Trajectory]) -> list[Variable]:
-    arm, variables = model.refit.parametrised.model.arm, []
+    arm, variables = model.refit.problem.model.arm, []
     for j in bending(arm):
         pairs = [(m, deflection_rows(arm, m.p)[j]) for m in motions]
         title = f"deflection of link {j + 1}"

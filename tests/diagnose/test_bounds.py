@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.cost_minimum import converge
-from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.judgement import at_bounds, indistinct, reduction_beyond_bound
-from flexgui.core.diagnose.refit import Refit, fit, robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.fit_result import FitResult, fit, robust_covariance
+from flexgui.core.estimate.minimum import converge
+from flexgui.core.estimate.problem import FitData, problem_of
 from flexgui.core.least_squares import (
     BoundsAndPrior,
     bounds_and_prior,
@@ -43,7 +43,7 @@ def linear(seed: int, lower: float, upper: float) -> tuple[SimpleNamespace, floa
     free, *_ = np.linalg.lstsq(S.reshape(-1, 3), -y.ravel(), rcond=None)
     at = SimpleNamespace(limits=limits, vector=found.vector)
     found = replace(found, slopes=(S,), blocks=tuple(errors(found.vector)))
-    return SimpleNamespace(parametrised=at, descended=found), float(free[2])
+    return SimpleNamespace(problem=at, descended=found), float(free[2])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -60,7 +60,7 @@ def test_what_a_bound_costs_is_what_least_squares_without_it_saves(seed: int, si
 
 def test_a_bound_that_nothing_presses_costs_nothing() -> None:
     at, free = linear(0, -9.0, 9.0)
-    at.parametrised.vector[2] = at.parametrised.limits.upper[2] = free + 0.1
+    at.problem.vector[2] = at.problem.limits.upper[2] = free + 0.1
     at.descended = replace(
         at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
     )
@@ -81,7 +81,7 @@ def test_only_a_value_next_to_a_finite_bound_is_at_a_bound(
         assert p.at_bound(value) != limits.inside(np.array([value]))[0]
 
 
-def pressed(upper: float) -> tuple[FitProblem, Refit]:
+def pressed(upper: float) -> tuple[FitData, FitResult]:
     """The arm with viscous friction of 6 N m s/rad in joint 1, of which at most `upper` is
     allowed, as if that were the bound of what is plausible."""
     found = begun(fv1={"start": 5.0, "upper": upper}, fv2=3.0)
@@ -114,7 +114,7 @@ def test_how_soon_a_friction_of_no_size_slips_says_nothing() -> None:
     data = bare().data
     both = [effect("viscous_friction"), effect("presliding_friction")]
     at = {"fv1": 6.0, "fv2": 3.0, "fc1": 0.0, "fc2": 0.0, "zs1": 1e9, "zs2": 1e9}
-    h = parametrised(data, both, {**bare().base.parametrised.values(), **at})
+    h = problem_of(data, both, {**bare().base.problem.values(), **at})
     h = h.at(np.clip(h.vector, h.limits.lower, h.limits.upper))
     found = fit(h, None, lambda: False, most=0)
     assert [n for n, _ in at_bounds(found, data, bare().base)] == []
@@ -132,10 +132,10 @@ def test_friction_slips_within_the_travel_of_its_joint() -> None:
 
 
 @cache
-def fitted(*kinds: str) -> Refit:
+def fitted(*kinds: str) -> FitResult:
     """The arm with viscous friction, modelled with these effects."""
     data = bare().data
-    start = parametrised(data, [effect(k) for k in kinds], bare().base.parametrised.values())
+    start = problem_of(data, [effect(k) for k in kinds], bare().base.problem.values())
     return converge(data, start, None, lambda: False)[1]
 
 
@@ -157,7 +157,7 @@ def test_what_is_not_there_is_not_distinct_from_zero(kind: str) -> None:
 
 def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> None:
     there = fitted("viscous_friction")
-    h = there.parametrised
-    after = replace(there, parametrised=h.at(np.minimum(h.vector, h.limits.lower)))
+    h = there.problem
+    after = replace(there, problem=h.at(np.minimum(h.vector, h.limits.lower)))
     assert not np.isfinite(np.diag(robust_covariance(after))).any()
     assert indistinct(after, [effect("viscous_friction")]) is None

@@ -12,27 +12,27 @@ import pytest
 
 from flexgui.core.diagnose import acceptance, search_round
 from flexgui.core.diagnose.acceptance import Acceptance, Round
-from flexgui.core.diagnose.cost_minimum import (
+from flexgui.core.diagnose.effect_sets import best_effect_set
+from flexgui.core.diagnose.evidence import RefittedCandidate, unseen_decide
+from flexgui.core.diagnose.linear_screen import Screen, _score_candidates, screen
+from flexgui.core.diagnose.output_changes import OutputChange
+from flexgui.core.diagnose.removal_and_exchange import best_exchange
+from flexgui.core.effects import effect
+from flexgui.core.effects.effect import Effect
+from flexgui.core.estimate.fit_result import FitResult
+from flexgui.core.estimate.minimum import (
     anchor_at,
     converge,
     converge_precisely,
     other_start,
 )
-from flexgui.core.diagnose.effect_sets import best_effect_set
-from flexgui.core.diagnose.evidence import RefittedCandidate, unseen_decide
-from flexgui.core.diagnose.fit_problem import (
-    FitProblem,
-    ParametrisedModel,
-    parametrised,
+from flexgui.core.estimate.problem import (
+    FitData,
+    Problem,
+    problem_of,
     with_values,
 )
-from flexgui.core.diagnose.judgement import UnseenChange
-from flexgui.core.diagnose.linear_screen import Screen, _score_candidates, screen
-from flexgui.core.diagnose.output_changes import OutputChange
-from flexgui.core.diagnose.refit import Refit
-from flexgui.core.diagnose.removal_and_exchange import best_exchange
-from flexgui.core.effects import effect
-from flexgui.core.effects.effect import Effect
+from flexgui.core.estimate.validation import UnseenChange
 from flexgui.core.identify.defect_correction import errors_with
 from flexgui.core.least_squares import BoundsAndPrior, cost_of, levenberg_marquardt
 from flexgui.core.results import Objection, Reason
@@ -260,9 +260,9 @@ def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
 def exchanged(present: list[str], candidates: list[str]) -> tuple[str, ...] | None:
     """What the model has after an exchange on recordings with viscous friction."""
     effects = [effect(kind) for kind in present]
-    start = parametrised(bare().data, effects, bare().base.parametrised.values())
+    start = problem_of(bare().data, effects, bare().base.problem.values())
     data, refit = converge(bare().data, start, None, NEVER)
-    seen = screen(data, refit.parametrised, effects, [effect(kind) for kind in candidates])
+    seen = screen(data, refit.problem, effects, [effect(kind) for kind in candidates])
     found = best_exchange(data, refit, effects, 0, seen, NEVER)
     return None if found is None else tuple(e.kind for e in found[1])
 
@@ -286,17 +286,17 @@ def test_what_is_true_stays() -> None:
 
 def test_the_last_descent_ends_at_the_minimum() -> None:
     """From a coefficient that is off by some deviations it comes to where another one comes."""
-    data: FitProblem = bare().data
+    data: FitData = bare().data
     viscous = [effect("viscous_friction")]
     ends = []
     for factor in (0.97, 1.03):
         start = {
-            **bare().base.parametrised.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
+            **bare().base.problem.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
         }  # fmt: skip
-        anchored, refit = converge(data, parametrised(data, viscous, start), None, NEVER)
+        anchored, refit = converge(data, problem_of(data, viscous, start), None, NEVER)
         ends.append(converge_precisely(anchored, refit, NEVER)[1])
-    a, b = (end.parametrised.values()["fv1"] for end in ends)
-    at = ends[0].parametrised.unknowns.labels.index("fv1")
+    a, b = (end.problem.values()["fv1"] for end in ends)
+    at = ends[0].problem.unknowns.labels.index("fv1")
     deviation = float(ends[0].covariance[at, at] ** 0.5)
     assert abs(a - b) < 0.1 * deviation
 
@@ -304,7 +304,7 @@ def test_the_last_descent_ends_at_the_minimum() -> None:
 def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() -> None:
     data = bare().data
     (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
-    away = parametrised(data, (), {**bare().base.parametrised.values(), "EI": 0.99 * nominal.upper})
+    away = problem_of(data, (), {**bare().base.problem.values(), "EI": 0.99 * nominal.upper})
     found = other_start(data, away, NEVER)
     assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
     assert other_start(data, found, NEVER) is None
@@ -316,7 +316,7 @@ of the step, and here the steps are such that it is more than ten."""
 
 
 def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
-    h = bare().base.parametrised
+    h = bare().base.problem
     data, plain = anchor_at(bare().data, h)
     exact = errors_with(h.residuals, h.vector, 128)
     taken_off = with_values(data, h, refine=1).errors(h.vector)
@@ -330,10 +330,10 @@ def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
 converged = acceptance.converge
 
 
-def leaving(times: float) -> Callable[..., tuple[FitProblem, Refit]]:
+def leaving(times: float) -> Callable[..., tuple[FitData, FitResult]]:
     """As `converged`, with so many times the squared error of the model without the effect."""
 
-    def found(data: FitProblem, h: ParametrisedModel, *rest: Any) -> tuple[FitProblem, Refit]:
+    def found(data: FitData, h: Problem, *rest: Any) -> tuple[FitData, FitResult]:
         data, refit = converged(data, h, *rest)
         cost = times * bare().base.cost
         return data, replace(refit, descended=replace(refit.descended, cost=cost))
@@ -362,5 +362,5 @@ def test_a_stiffness_in_the_middle_of_narrow_bounds_is_not_near_one() -> None:
     narrow = replace(nominal.parameter, lower=0.96 * value, upper=1.04 * value)
     others = tuple(u for u in data.nuisance if u is not nominal)
     bounded = replace(data, nuisance=(*others, replace(nominal, parameter=narrow)))
-    h = parametrised(bounded, (), {**bare().base.parametrised.values(), "EI": value})
+    h = problem_of(bounded, (), {**bare().base.problem.values(), "EI": value})
     assert other_start(bounded, h, NEVER) is None

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from flexgui.core.arm.arm import Arm
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.bending_shapes import arm_with_modes
-from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
-from flexgui.core.diagnose.refit import fit, refit_with
 from flexgui.core.effects import effect
+from flexgui.core.estimate.fit_result import fit, refit_with
+from flexgui.core.estimate.problem import FitData, problem_of
 from flexgui.core.identify.first_states import first_state_names, followed_first_state
 from flexgui.core.model import Model
 from flexgui.core.noise.whitening import no_whitening
@@ -43,24 +43,24 @@ def cut() -> BaseFit:
     ))  # fmt: skip
 
 
-def stiff_fit(data: FitProblem) -> dict[str, float]:
+def stiff_fit(data: FitData) -> dict[str, float]:
     """Values of a fit with beams that are too stiff: first states take up what they can."""
     arm = {u.label: STIFF * u.parameter.value for u in data.nuisance if u.recording is None}
     others = tuple(u for u in data.nuisance if u.label not in arm)
     held = replace(data, nuisance=others, fixed={**data.fixed, **arm}, anchor=None)
-    return {**fit(parametrised(held, [], {}), None, lambda: False, 20).parametrised.values(), **arm}
+    return {**fit(problem_of(held, [], {}), None, lambda: False, 20).problem.values(), **arm}
 
 
 def test_a_refit_finds_the_friction_that_first_states_had_taken_up() -> None:
     """It kept them, and the slopes of beams ten times too stiff, at every start."""
     data = replace(cut().data, anchor=None)
-    base = parametrised(data, [], stiff_fit(data))
+    base = problem_of(data, [], stiff_fit(data))
     slopes = base.slopes(base.vector)
     sizes = {name: 0.5 * x for name, x in TRUE.items()}
     friction = [effect("viscous_friction")]
     found = refit_with(data, base, friction, sizes, no_whitening, slopes, (), lambda: False)
     assert found.cost < 1.2 * data.count
-    values = found.parametrised.values()
+    values = found.problem.values()
     assert values["EI1"] == pytest.approx(values["EI2"], rel=0.02)
     assert {name: values[name] for name in TRUE} == pytest.approx(TRUE, rel=0.02)
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from flexgui.core.challenge.challenge_rig import bare_model
-from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.force_shape_refinement import (
     JointForce,
     best_force_shape,
@@ -17,12 +16,13 @@ from flexgui.core.diagnose.force_shape_refinement import (
     refine_force_shape,
 )
 from flexgui.core.diagnose.gram_matrix import gram_matrix
-from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse
 from flexgui.core.diagnose.output_changes import OutputChange
-from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.effects.torque_ripple import every_order
+from flexgui.core.estimate.fit_result import FitResult, fit
+from flexgui.core.estimate.problem import FitData, problem_of
+from flexgui.core.missing_torque import FIRST_FREQUENCY, ErrorResponse
 from flexgui.core.noise.whitening import no_whitening
 from tests.diagnose import fits
 
@@ -100,7 +100,7 @@ def test_orders_lie_close_enough_over_all_positions() -> None:
     assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
 
 
-def with_a_filter(stated: bool = True) -> tuple[FitProblem, Refit]:
+def with_a_filter(stated: bool = True) -> tuple[FitData, FitResult]:
     """Short recordings with a ripple at three working points, fitted from wrong orders; `stated`:
     whether they say at which."""
     hidden = {"torque_ripple": dict(RIPPLE)}
@@ -115,8 +115,8 @@ def with_a_filter(stated: bool = True) -> tuple[FitProblem, Refit]:
     if not stated:
         recordings = [replace(r, theta2=None) for r in recordings]
     found = fits.fitted(setup, recordings, scenario, {"theta1": 2e-6, "theta2": 2e-6})
-    wrong = {**found.base.parametrised.values(), **RIPPLE, "nr1": WRONG, "nr2": WRONG}
-    start = parametrised(found.data, [effect("torque_ripple")], wrong)
+    wrong = {**found.base.problem.values(), **RIPPLE, "nr1": WRONG, "nr2": WRONG}
+    start = problem_of(found.data, [effect("torque_ripple")], wrong)
     return found.data, fit(start, None, lambda: False, 4)
 
 
@@ -137,7 +137,7 @@ def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) 
     data, stuck = with_a_filter(stated)
     found = refine_force_shape(data, stuck, effect("torque_ripple"), lambda: False)
     assert found.cost < 0.1 * stuck.cost
-    at = found.parametrised.values()
+    at = found.problem.values()
     assert [at["nr1"], at["nr2"]] == pytest.approx([RIPPLE["nr1"], RIPPLE["nr2"]], rel=ORDER)
 
 

@@ -12,19 +12,19 @@ import pytest
 
 from flexgui.core.diagnose.base_fit import fit_base
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.next_experiment import (
     NAME,
     _unabsorbed,
     expected_score,
     next_experiments,
-    parametrised_on,
     planned_data,
     possible_experiments,
+    problem_on,
     shared_normal_matrix,
 )
-from flexgui.core.diagnose.refit import fit
 from flexgui.core.effects import effect
+from flexgui.core.estimate.fit_result import fit
+from flexgui.core.estimate.problem import FitData, Problem, problem_of
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.least_squares import cost_of, levenberg_marquardt
@@ -51,9 +51,9 @@ ITERATIONS = 12
 class Pair:
     """Two effects fitted to recordings that have the first."""
 
-    data: FitProblem
-    first: ParametrisedModel
-    second: ParametrisedModel
+    data: FitData
+    first: Problem
+    second: Problem
 
 
 def recorded(model: Model, kind: str, sizes: Mapping[str, float], **spec: Any) -> list[Recording]:
@@ -70,12 +70,12 @@ def pair(level: str, first: str, sizes: Mapping[str, float], second: str, **spec
     asked = IdentifySpec(parameters=("EI1", "EI2"), output=("z", "encoder"), generations=0)
     setup = make_setup(model, asked, recordings)
     begun = fit_base(setup.model, setup.outputs, setup.processing, asked, recordings, STATED, 1e-3)
-    start = begun.base.parametrised.values()
+    start = begun.base.problem.values()
     both = [
-        fit(parametrised(begun.data, [effect(kind)], start), None, lambda: False, ITERATIONS)
+        fit(problem_of(begun.data, [effect(kind)], start), None, lambda: False, ITERATIONS)
         for kind in (first, second)
     ]
-    return Pair(begun.data, both[0].parametrised, both[1].parametrised)
+    return Pair(begun.data, both[0].problem, both[1].problem)
 
 
 @cache
@@ -93,7 +93,7 @@ def test_the_score_is_what_a_refit_of_the_rival_leaves() -> None:
     p = lags()
     planned = spec(hold=0.02)
     there = planned_data(p.data, planned)
-    truth, rival = parametrised_on(there, p.first), parametrised_on(there, p.second)
+    truth, rival = problem_on(there, p.first), problem_on(there, p.second)
     y = truth.residuals.predictor.predict(truth.vector)[0]
     weights = there.weights[0]
 
@@ -156,8 +156,7 @@ def test_the_proposed_experiment_decides_once_it_is_made() -> None:
         experiments=(prepare(p.data.bare, made, like.outputs, like.processing),),
     )
     costs = [
-        fit(parametrised_on(there, h), None, lambda: False, ITERATIONS).cost
-        for h in (p.first, p.second)
+        fit(problem_on(there, h), None, lambda: False, ITERATIONS).cost for h in (p.first, p.second)
     ]
     assert costs[1] - costs[0] == pytest.approx(best.score, rel=LINEAR)
     assert costs[1] - costs[0] > TIE

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.base_fit import BaseFit
-from flexgui.core.diagnose.cost_minimum import converge, with_simulated_deviations
-from flexgui.core.diagnose.fit_problem import parametrised
-from flexgui.core.diagnose.fitted_model import FittedModel, fit_model
 from flexgui.core.diagnose.ladder import ladder
 from flexgui.core.diagnose.memo import Memo
 from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
-from flexgui.core.diagnose.refit import Refit, with_robust_covariance
-from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
+from flexgui.core.diagnose.remaining_error import remaining_error
 from flexgui.core.diagnose.search import Found, Search
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.effects import effect
+from flexgui.core.estimate.fit_result import FitResult, with_robust_covariance
+from flexgui.core.estimate.fitted_model import FittedModel, fit_model
+from flexgui.core.estimate.minimum import converge, with_simulated_deviations
+from flexgui.core.estimate.problem import problem_of, within_noise
 from flexgui.core.noise.noise_floor import UNCERTAINTY, Floor
 from flexgui.core.noise.noise_propagation import (
     INITIAL_STATE_CHANGE,
@@ -61,14 +61,14 @@ def with_floors(times: float, uncertainty: float = 1.0) -> FittedModel:
         n: Floor(times * f, times * f, "estimated", uncertainty)
         for n, f in given.data.floors.items()
     }
-    return fit_model(given.data.in_floors(large), (), given.base.parametrised.values(), never)
+    return fit_model(given.data.in_floors(large), (), given.base.problem.values(), never)
 
 
 def found_with(floors: float, kind: str = "torque_offset") -> FittedModel:
     """A model with one effect, by default of no use in the place of the friction; floors that many
     times as large as they are."""
     given = with_floors(floors)
-    return fit_model(given.data, [effect(kind)], given.refit.parametrised.values(), never)
+    return fit_model(given.data, [effect(kind)], given.refit.problem.values(), never)
 
 
 def searched(model: FittedModel, candidates: tuple[str, ...]) -> tuple[Found, Memo]:
@@ -91,7 +91,7 @@ def test_an_error_within_a_noise_that_is_too_large_is_above_the_true_one() -> No
 def test_a_model_against_another_noise_is_the_one_that_a_fit_in_that_noise_finds() -> None:
     model, data = found_with(HIDDEN, "viscous_friction"), bare().data
     seen = model.against(data)
-    again = fit_model(data, model.effects, model.refit.parametrised.values(), never)
+    again = fit_model(data, model.effects, model.refit.problem.values(), never)
     assert seen.data.floors == data.floors
     assert seen.refit.cost == pytest.approx(again.refit.cost, rel=LINEAR)
     back = seen.against(model.data)
@@ -154,7 +154,7 @@ def on_a_soft_base() -> tuple[FittedModel, BaseFit]:
     ))  # fmt: skip
     added = (effect("base_compliance"),)
     return FittedModel(
-        *converge(given.data, parametrised(given.data, added, TRUE), None, never), added
+        *converge(given.data, problem_of(given.data, added, TRUE), None, never), added
     ), given
 
 
@@ -216,9 +216,9 @@ def begun(seed: int) -> BaseFit:
     ))  # fmt: skip
 
 
-def off(refit: Refit) -> float:
+def off(refit: FitResult) -> float:
     """Deviations by which EI is off."""
-    h = refit.parametrised
+    h = refit.problem
     k = h.unknowns.labels.index("EI")
     true = begun(0).data.nuisance[0].parameter.value  # the paper's
     return float((h.vector[k] - true) / np.sqrt(refit.covariance[k, k]))
@@ -326,13 +326,13 @@ HELD = 0.1
 
 def test_noise_moves_an_estimate_less_that_a_prior_holds() -> None:
     """The draws counted as if nothing were known."""
-    start = begun(0).base.parametrised
+    start = begun(0).base.problem
     k = start.unknowns.labels.index("EI")
     free = with_robust_covariance(begun(0).base)
     known = 0.1 * float(np.sqrt(free.covariance[k, k]))
     items = list(start.unknowns.items)
     items[k] = replace(items[k], parameter=replace(items[k].parameter, prior_std=known))
     sharp = replace(start, unknowns=replace(start.unknowns, items=tuple(items)))
-    before = with_robust_covariance(replace(free, parametrised=sharp))
+    before = with_robust_covariance(replace(free, problem=sharp))
     loose, held = (with_simulated_deviations(begun(0).data, fit, {}) for fit in (free, before))
     assert held.covariance[k, k] < HELD**2 * loose.covariance[k, k]

@@ -9,7 +9,6 @@ import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
 from flexgui.core.diagnose import output_changes
-from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.output_changes import (
     LARGEST_CHANGE,
     SMALLEST_SHARE,
@@ -24,6 +23,7 @@ from flexgui.core.diagnose.search_round import applicable
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.problem import FitData, Problem, problem_of
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
@@ -53,7 +53,7 @@ LINEAR = 5.0
 
 
 @pytest.fixture(scope="module")
-def data() -> FitProblem:
+def data() -> FitData:
     bare = Model(ARM, DRIVE, "nonlinear")
     speeds = np.zeros((SAMPLES, 1))
     speeds[:STOPS] = 0.4
@@ -67,16 +67,16 @@ def data() -> FitProblem:
     one = prepare(bare, recording, [camera], Processing())
     floors = dict.fromkeys(names, NOISE)
     weights = (np.full(len(names), 1.0 / NOISE),)
-    return FitProblem(bare, (one,), (), weights, floors, {}, typical(ARM), 8)
+    return FitData(bare, (one,), (), weights, floors, {}, typical(ARM), 8)
 
 
-def base_and_trial(data: FitProblem, kind: str) -> tuple[ParametrisedModel, Trial]:
-    base = parametrised(data, (), {})
+def base_and_trial(data: FitData, kind: str) -> tuple[Problem, Trial]:
+    base = problem_of(data, (), {})
     (trial, *_) = trials(base, effect(kind), data)
     return base, trial
 
 
-def column(data: FitProblem, base: ParametrisedModel, trial: Trial) -> OutputChange:
+def column(data: FitData, base: Problem, trial: Trial) -> OutputChange:
     (change,) = simulate_output_changes(data, base, (), [trial], BaseErrors(base))
     return change
 
@@ -94,7 +94,7 @@ def rms(blocks: tuple[np.ndarray, ...]) -> float:
 @pytest.mark.parametrize("factor", [1.0, 30.0, 1000.0])
 @pytest.mark.parametrize("kind", ["cubic_stiffness", "tip_payload", "link_mass_error"])
 def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
-    data: FitProblem, kind: str, factor: float
+    data: FitData, kind: str, factor: float
 ) -> None:
     base, trial = base_and_trial(data, kind)
     found = column(data, base, times_as_large(trial, factor))
@@ -108,10 +108,10 @@ def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
 
 
 def test_a_sensitivity_vanishes_with_its_size_though_an_effect_includes_another(
-    data: FitProblem,
+    data: FitData,
 ) -> None:
     """Stribeck friction moved the outputs by what Coulomb friction of a plausible size does."""
-    base = parametrised(data, (), {})
+    base = problem_of(data, (), {})
     slopes = [t for c in applicable(data, ()) for t in trials(base, c, data) if not t.scanned]
     assert any(t.effect.includes for t in slopes)
     for trial in slopes:
@@ -120,7 +120,7 @@ def test_a_sensitivity_vanishes_with_its_size_though_an_effect_includes_another(
         assert rms(small.blocks) <= LINEAR * ratio * rms(found.blocks), trial.effect.kind
 
 
-def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: FitProblem) -> None:
+def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: FitData) -> None:
     base, trial = base_and_trial(data, "viscous_friction")
     found = column(data, base, trial)
     assert rms(found.blocks) < LARGEST_CHANGE * MISSED
@@ -128,7 +128,7 @@ def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: F
 
 
 def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
-    data: FitProblem, monkeypatch: pytest.MonkeyPatch
+    data: FitData, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One of a grid became a column of zeros, which explains nothing, without a word."""
     base, trial = base_and_trial(data, "link_mass_error")
@@ -145,7 +145,7 @@ def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
 
 @pytest.mark.parametrize("tries", [1, 2])
 def test_the_outputs_change_as_simulated_at_the_stated_size(
-    data: FitProblem, monkeypatch: pytest.MonkeyPatch, tries: int
+    data: FitData, monkeypatch: pytest.MonkeyPatch, tries: int
 ) -> None:
     """After the last try, too, of a size that would have to be smaller still."""
     monkeypatch.setattr(output_changes, "SMALLER_TRIES", tries)
@@ -157,7 +157,7 @@ def test_the_outputs_change_as_simulated_at_the_stated_size(
 
 
 def test_what_comes_apart_at_every_size_is_said(
-    data: FitProblem, monkeypatch: pytest.MonkeyPatch
+    data: FitData, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     base, trial = base_and_trial(data, "link_mass_error")
     monkeypatch.setattr(output_changes, "DIVERGED", 0.0)

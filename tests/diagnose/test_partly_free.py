@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
-from flexgui.core.diagnose.fit_problem import FitProblem
 from flexgui.core.diagnose.search_round import applicable
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.problem import FitData
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
@@ -60,7 +60,7 @@ def test_only_parameters_that_nothing_estimates_are_offered(
     recording = Recording("r", 0.01 * np.arange(20), dict.fromkeys(CHANNELS, still))
     one = prepare(bare, recording, [sensor("encoder")], Processing())
     nuisance = tuple(Unknown(bare.parameters[name]) for name in estimated)
-    data = FitProblem(bare, (one,), nuisance, (np.ones(2),), {}, {}, typical(arm), 1)
+    data = FitData(bare, (one,), nuisance, (np.ones(2),), {}, {}, typical(arm), 1)
     (candidate,) = applicable(data, (), ("link_mass_error",))
     assert applicable(data, (), ("link_mass_error",)) == [candidate]  # one object in all rounds
     sizes = candidate.parameters(arm, bare.drive, data.sizes)

@@ -8,12 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgui.core.arm.arm import Arm, Segment
-from flexgui.core.diagnose.cost_minimum import converge
-from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
-from flexgui.core.diagnose.step_choice import with_enough_substeps
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.minimum import converge, with_enough_substeps
+from flexgui.core.estimate.problem import FitData, problem_of
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
@@ -157,7 +156,7 @@ ENOUGH, LEFT = 0.01, 4.0
 one parameter. Twenty per cent are 800 of them and more."""
 
 
-def data(EI: float) -> FitProblem:
+def data(EI: float) -> FitData:
     arm = Arm(segments=(Segment(length=0.45, mass=3.0, EI=EI, hub_inertia=0.05, modes=1),))
     bare = Model(arm, VelocityLoop(gains=(7.2,)), "nonlinear")
     rng = np.random.default_rng(1)
@@ -169,7 +168,7 @@ def data(EI: float) -> FitProblem:
     unknown = Unknown(Parameter("EI1", EI, "N m²", 0.1 * EI, 10.0 * EI))
     floors = {c.name: FLOOR for c in camera.channels(arm)}
     weights = (np.full(2, 1.0 / FLOOR),)
-    return FitProblem(bare, (one,), (unknown,), weights, floors, {}, typical(arm), 1)
+    return FitData(bare, (one,), (unknown,), weights, floors, {}, typical(arm), 1)
 
 
 @pytest.mark.parametrize("share", [0.8, 1.2])
@@ -177,7 +176,7 @@ def data(EI: float) -> FitProblem:
 def test_a_stiffness_is_found_however_fast_its_link_vibrates(swings: str, share: float) -> None:
     of, EI = data(SWINGS[swings]), SWINGS[swings]
     of = with_enough_substeps(of, (), {"EI1": share * EI})
-    start = parametrised(of, (), {"EI1": share * EI})
+    start = problem_of(of, (), {"EI1": share * EI})
     _, found = converge(of, start, None, lambda: False)
-    assert found.parametrised.values()["EI1"] == pytest.approx(EI, rel=ENOUGH)
+    assert found.problem.values()["EI1"] == pytest.approx(EI, rel=ENOUGH)
     assert found.cost < LEFT

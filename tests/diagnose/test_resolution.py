@@ -9,8 +9,8 @@ import pytest
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.bending_shapes import data_with_modes
 from flexgui.core.diagnose.diagnose import fit_base_to_recordings
-from flexgui.core.diagnose.fitted_model import FittedModel
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.estimate.fitted_model import FittedModel
 from flexgui.core.progress import Silent
 from flexgui.core.results import Diagnosis
 from flexgui.core.scenario.schema import Scenario

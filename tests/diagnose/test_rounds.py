@@ -23,9 +23,9 @@ from flexgui.core.diagnose.progress_messages import (
     round_title,
     split_note,
 )
-from flexgui.core.diagnose.refit import Refit
 from flexgui.core.diagnose.search_round import finish_refit
 from flexgui.core.effects import catalogue, effect
+from flexgui.core.estimate.fit_result import FitResult
 from flexgui.core.progress import Silent
 from tests.diagnose import fits
 from tests.diagnose.test_run import scenario
@@ -92,7 +92,7 @@ def followed(stop_after: int | None = None) -> tuple[Screen, list[Screen], list[
 
     start = begun()
     effects = [effect(kind) for kind in CHOSEN]
-    found = screen(start.data, start.base.parametrised, (), effects, hear, sketches.append)
+    found = screen(start.data, start.base.problem, (), effects, hear, sketches.append)
     return found, sketches, told
 
 
@@ -120,7 +120,7 @@ def figures(seen: Screen) -> Sequence[object]:
 def test_who_follows_changes_no_figure() -> None:
     found, _, _ = followed()
     start, effects = begun(), [effect(kind) for kind in CHOSEN]
-    assert figures(screen(start.data, start.base.parametrised, (), effects)) == figures(found)
+    assert figures(screen(start.data, start.base.problem, (), effects)) == figures(found)
 
 
 def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
@@ -136,9 +136,9 @@ def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(
     """It was dropped without a word, as if it explained nothing."""
     lost = effect("viscous_friction")
 
-    def diverging(*arguments: Any) -> Refit:
+    def diverging(*arguments: Any) -> FitResult:
         found = finish_refit(*arguments)
-        if lost not in found.parametrised.model.effects:
+        if lost not in found.problem.model.effects:
             return found
         return replace(found, descended=replace(found.descended, cost=np.inf))
 

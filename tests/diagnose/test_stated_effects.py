@@ -16,24 +16,24 @@ from flexgui.core.diagnose.acceptance import Round
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.diagnose import diagnose
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.fit_problem import (
-    FitProblem,
-    parametrised,
-    undetectable_parameters,
-    with_values,
-)
-from flexgui.core.diagnose.fitted_model import FittedModel, fit_model
 from flexgui.core.diagnose.ladder import Ladder, ladder
 from flexgui.core.diagnose.linear_screen import screen
 from flexgui.core.diagnose.memo import Memo, ModelRound
 from flexgui.core.diagnose.output_changes import trials
-from flexgui.core.diagnose.refit import fit, with_robust_covariance
 from flexgui.core.diagnose.removal_and_exchange import needed_effects
 from flexgui.core.diagnose.search import Found, Move
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.diagnose.search_round import applicable, not_applicable, ruled_out
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.fit_result import fit, with_robust_covariance
+from flexgui.core.estimate.fitted_model import FittedModel, fit_model
+from flexgui.core.estimate.problem import (
+    FitData,
+    problem_of,
+    undetectable_parameters,
+    with_values,
+)
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.progress import Silent
@@ -69,16 +69,16 @@ def bare() -> BaseFit:
 
 def test_a_parameter_that_is_not_to_vary_stays_where_it_was_stated() -> None:
     found = begun(fv1={"start": 5.0, "vary": False}, fv2=3.0)
-    h = found.base.parametrised
+    h = found.base.problem
     assert "fv1" not in h.unknowns.labels and "fv2" in h.unknowns.labels
     assert h.model.effect_values["fv1"] == 5.0
     more = [*h.model.effects, effect("tip_payload")]
-    later = parametrised(found.data, more, h.values())
+    later = problem_of(found.data, more, h.values())
     assert later.model.effect_values["fv1"] == 5.0 and "fv1" not in later.unknowns.labels
 
 
 def test_a_users_bounds_hold_in_the_diagnosis() -> None:
-    at = begun(fv1={"start": 5.0, "upper": 5.5}, fv2=3.0).base.parametrised
+    at = begun(fv1={"start": 5.0, "upper": 5.5}, fv2=3.0).base.problem
     assert at.values()["fv1"] == pytest.approx(5.5)
 
 
@@ -87,7 +87,7 @@ SAME = 0.01
 
 
 def test_without_a_word_a_stated_effect_is_estimated() -> None:
-    at = begun(fv1=5.0, fv2=2.0).base.parametrised
+    at = begun(fv1=5.0, fv2=2.0).base.problem
     assert at.values()["fv1"] == pytest.approx(TRUE, rel=SAME)
 
 
@@ -95,9 +95,9 @@ def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> No
     """It has no size, and the friction before it now stands where it belongs."""
     data = bare().data
     viscous, payload = effect("viscous_friction"), effect("tip_payload")
-    values = {**bare().base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-6}
+    values = {**bare().base.problem.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-6}
     whole = with_robust_covariance(
-        fit(parametrised(data, [viscous, payload], values), None, lambda: False, 6)
+        fit(problem_of(data, [viscous, payload], values), None, lambda: False, 6)
     )
     kept = needed_effects(data, whole, [viscous, payload], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
@@ -107,10 +107,8 @@ def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> No
 def test_an_effect_that_is_needed_stays_though_it_is_the_last() -> None:
     data = bare().data
     viscous = effect("viscous_friction")
-    start = {**bare().base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2}
-    whole = with_robust_covariance(
-        fit(parametrised(data, [viscous], start), None, lambda: False, 6)
-    )
+    start = {**bare().base.problem.values(), "fv1": TRUE, "fv2": TRUE / 2}
+    whole = with_robust_covariance(fit(problem_of(data, [viscous], start), None, lambda: False, 6))
     kept = needed_effects(data, whole, [viscous], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
 
@@ -119,8 +117,8 @@ def test_unknowns_have_one_order_where_an_effect_is_stated_beside_first_places()
     """Else a vector was read with the labels of another, and every refit beside a stated effect
     ended far off."""
     found = begun(fv1=5.0, fv2=3.0)
-    more = parametrised(found.data, [*found.base.parametrised.model.effects, effect("tip_payload")],
-                      found.base.parametrised.values())  # fmt: skip
+    more = problem_of(found.data, [*found.base.problem.model.effects, effect("tip_payload")],
+                      found.base.problem.values())  # fmt: skip
     assert "start_theta1@" in " ".join(more.unknowns.labels)
     again = with_values(found.data, more, refine=1)
     assert again.unknowns.labels == more.unknowns.labels
@@ -130,7 +128,7 @@ WORDS = RigSpec.words()
 KINDS = sorted(catalogue())
 
 
-def known(*statements: str) -> FitProblem:
+def known(*statements: str) -> FitData:
     return replace(bare().data, stated_rig={name: WORDS[name] for name in statements})
 
 
@@ -200,23 +198,23 @@ def test_a_diagnosis_ranks_nothing_that_was_ruled_out_and_keeps_the_reason() -> 
 BARE = looped(PAPER)
 
 
-def data(*outputs: str) -> FitProblem:
+def data(*outputs: str) -> FitData:
     recording = simulate_recording(BARE, SimulateSpec(theta2=1.2, seconds=0.1), "r")
     e = prepare(BARE, recording, [sensor(kind) for kind in outputs], Processing())
-    return FitProblem(BARE, (e,), (), (np.ones(len(e.channels)),), {}, {}, typical(PAPER), 1)
+    return FitData(BARE, (e,), (), (np.ones(len(e.channels)),), {}, {}, typical(PAPER), 1)
 
 
 @pytest.mark.parametrize(("kind", "letter"), [("sensor_delay", "t"), ("sensor_gain", "g")])
 @pytest.mark.parametrize(("outputs", "own"), [(("z", "encoder"), "e"), (("deflection",), "g")])
 def test_only_compared_channels_are_unknown_and_tried(kind, letter, outputs, own):
     seen = data(*outputs)
-    tried = parametrised(seen, [effect(kind)], {})
+    tried = problem_of(seen, [effect(kind)], {})
     names = [f"{letter}{own}1", f"{letter}{own}2"]
     assert list(tried.unknowns.labels) == names
     others = {n: v for n, v in tried.model.effect_values.items() if n not in names}
     every = effect(kind).parameters(PAPER, BARE.drive, typical(PAPER))
     assert len(others) == len(every) - len(names) and not any(others.values())
-    base = parametrised(seen, [], {})
+    base = problem_of(seen, [], {})
     assert [t.parameter for t in trials(base, effect(kind), seen)] == names
 
 
@@ -235,10 +233,10 @@ def searched(payload: float = 0.0) -> tuple[Found, Memo]:
     """A search that came to both effects at once, in the wrong order."""
     given = begun({"tip_payload": {"mt2": payload}}) if payload else bare()
     base = FittedModel(given.data, given.base, ())
-    values = {**given.base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-3}
+    values = {**given.base.problem.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-3}
     last = fit_model(given.data, [SMALL, LARGE], values, NEVER)
     seen = screen(
-        given.data, given.base.parametrised, [], [SMALL, LARGE, effect("torque_offset")]
+        given.data, given.base.problem, [], [SMALL, LARGE, effect("torque_offset")]
     )  # fmt: skip
     memo = Memo(None, (), given.data.bare.arm.modes)
     first = Round(seen, (), None, base.refit, base.refit, base.data)
@@ -255,7 +253,7 @@ def test_what_explains_most_comes_first_and_the_last_rung_is_the_last_model() ->
     assert [rung.added for rung in found.rungs] == [None, LARGE, SMALL]
     assert [r.accepted for r in found.rounds] == ["viscous_friction", "tip_payload"]
     assert found.rungs[1].model.refit.cost < 0.1 * bare().base.cost  # it is all that is hidden
-    assert found.rungs[-1].model.refit.parametrised is searched()[0].model.refit.parametrised
+    assert found.rungs[-1].model.refit.problem is searched()[0].model.refit.problem
 
 
 def test_each_effect_is_ranked_against_the_rung_before_it() -> None:

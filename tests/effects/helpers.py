@@ -175,7 +175,7 @@ def recover(kind: str) -> Recovery:
         start=begin, weights=weights,
     )  # fmt: skip
     refined = refine(residuals, residuals.unknowns.parameters.vector(), lambda cost: False)
-    J = residuals.vector(residuals.sensitivities(refined.vector))
+    J = residuals.vector(residuals.slopes(refined.vector))
     std = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))  # the weights make the noise one
     true = np.array(list(truth.values()))
     return Recovery(true, refined.vector, std, refined.cost / residuals.count)

@@ -10,8 +10,8 @@ import pytest
 
 from flexgui.core.diagnose.evidence import TIE
 from flexgui.core.diagnose.final_results import final_parameters
-from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.errors import InputError
+from flexgui.core.estimate.fit_result import with_robust_covariance
 from flexgui.core.experiments.design import ExperimentRequest, design
 from flexgui.core.experiments.identified_model import IdentifiedModel
 from flexgui.core.experiments.plan import fit_for_planning

@@ -225,7 +225,7 @@ def test_the_last_step_takes_the_error_of_few_steps_off(modes: int, sample_time:
     experiments = [_prepared(model, recording)]
     predictor = Predictor(experiments, collect_unknowns(model, SPEC, [recording]), steps=FINE)
     exact = Residuals(predictor, channel_weights(experiments, {}))
-    slopes = exact.vector(exact.sensitivities(found.vector))
+    slopes = exact.vector(exact.slopes(found.vector))
     step = np.linalg.lstsq(slopes, exact(found.vector), rcond=None)[0]
     deviations = np.array([e.std for e in found.fit.estimates])
     assert np.all(np.abs(step) < SAME * deviations)
@@ -237,7 +237,7 @@ def test_corrected_steps_lead_to_the_minimum_from_far_away(
     whole = _identify(model, recording, Silent())
     residuals = one_step_per_sample(model, recording)
     start = whole.vector * np.array([1.02, 0.98])
-    slopes, limits = residuals.sensitivities(start), bounds_and_prior(residuals.unknowns.parameters)
+    slopes, limits = residuals.slopes(start), bounds_and_prior(residuals.unknowns.parameters)
     _, found = corrected_minimum(residuals, start, slopes, limits)
     deviations = np.array([e.std for e in whole.fit.estimates])
     assert np.all(np.abs(start - whole.vector) > 5.0 * deviations)

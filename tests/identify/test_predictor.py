@@ -43,7 +43,7 @@ def counting() -> Residuals:
 
 def test_one_sided_slopes_simulate_the_base_once_for_all_parameters(counting: Residuals) -> None:
     everywhere, own = 2, 2
-    counting.sensitivities(counting.unknowns.parameters.vector(), central=False)
+    counting.slopes(counting.unknowns.parameters.vector(), central=False)
     assert counting.predictor.counted == everywhere + own + len(counting.experiments)  # type: ignore[attr-defined]
 
 
@@ -73,7 +73,7 @@ def test_slopes_are_differences_of_what_is_compared(counting: Residuals, central
     filtered = [prepare(e.model, e.recording, e.outputs, FILTERED) for e in counting.experiments]
     residuals = replace(counting, predictor=Predictor(filtered, p.unknowns, p.fixed, steps=STEPS))
     here = residuals.unknowns.parameters.vector()
-    slopes = residuals.sensitivities(here, central=central)
+    slopes = residuals.slopes(here, central=central)
     pairs = zip(filtered, residuals.weights, strict=True)
     largest = max(float(np.nanmax(np.abs(e.measured * w))) for e, w in pairs)
     for j in range(len(here)):

@@ -176,7 +176,7 @@ def test_no_error_of_one_recording_is_correlated_with_those_of_another(
     recordings = [coloured(k, M, 0.9, 0.3) + 0.5 for k, M in enumerate(lengths)]
     counted = [np.ones(r.shape, dtype=bool) for r in recordings]
     residuals = SimpleNamespace(counted=counted)
-    base = SimpleNamespace(errors=recordings, parametrised=SimpleNamespace(residuals=residuals))
+    base = SimpleNamespace(errors=recordings, problem=SimpleNamespace(residuals=residuals))
     planned = IdentifiedModel(SimpleNamespace(base=base)).errors  # type: ignore[arg-type]
     pairs = zip(reversed(recordings), reversed(counted), strict=True)
     turned = autocovariance(*[(r * (-1.0) ** k, counts) for k, (r, counts) in enumerate(pairs)])
@@ -194,7 +194,7 @@ def fitted_deviations(pole: float, repeats: int) -> tuple[float, float, float]:
         e = 0.03 * r["ydot1"].std() * coloured(seed, len(r.time), pole, 0.6)
         moved = {f"ydot{c + 1}": r[f"ydot{c + 1}"] + e[:, c] for c in range(2)}
         fitted = fit(LPV, [with_channels(r, moved)], parameters=("EI",), output=("ydot",))
-        slopes = np.concatenate([b.ravel() for b in fitted.residuals.sensitivities(fitted.vector)])
+        slopes = np.concatenate([b.ravel() for b in fitted.residuals.slopes(fitted.vector)])
         rest = fitted.residuals(fitted.vector)
         values.append(fitted.vector[0])
         stated.append(fitted.fit.estimates[0].std)

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.ladder_steps import Noise
-from flexgui.core.diagnose.refit import with_whitened_cost
+from flexgui.core.estimate.fit_result import with_whitened_cost
 from flexgui.core.information_criteria import added_up, fall_of_bic, information_criteria
 from flexgui.core.noise.whitening import error_products
 from flexgui.core.results import Diagnosis, ErrorProducts, InformationCriteria, Outcome

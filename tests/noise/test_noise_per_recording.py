@@ -134,7 +134,7 @@ def test_a_floor_is_the_same_whatever_the_draws(
     scenario = read_scenario(written(TORQUE[name], 100, tmp_path))
     setup, recordings = set_up(scenario, tmp_path)
     begun = fit_base_to_recordings(setup, scenario.identify, recordings, Options(), Silent())
-    h = begun.base.parametrised
+    h = begun.base.problem
     experiments, motions = h.residuals.experiments, h.motions()
     floors = []
     for seed in range(SEEDS):

@@ -13,8 +13,8 @@ import pytest
 
 import flexgui as fg
 from flexgui.core.diagnose.ladder_steps import estimates
-from flexgui.core.diagnose.refit import Refit, robust_covariance
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.estimate.fit_result import FitResult, robust_covariance
 from flexgui.core.progress import Silent
 from flexgui.core.propose import propose as proposing
 from flexgui.core.propose.propose import propose, with_proposal
@@ -194,8 +194,8 @@ def test_laws_that_are_proposed_are_not_one_in_other_words(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of viscous friction: a damping is no other law than a torque over the speed."""
-    motions = [motion for motion, _, _ in bare().base.parametrised.motions()]
-    stated: list[Refit] = []
+    motions = [motion for motion, _, _ in bare().base.problem.motions()]
+    stated: list[FitResult] = []
     monkeypatch.setattr(
         proposing, "estimates", lambda refit: stated.append(refit) or estimates(refit)
     )

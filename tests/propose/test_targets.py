@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import scipy
 
-from flexgui.core.diagnose.fitted_model import FittedModel
 from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.effects.own_reading import own_law
+from flexgui.core.estimate.fitted_model import FittedModel
 from flexgui.core.propose.targets import JointTarget, Target, force_targets, targets
 from flexgui.core.propose.variables import Factor, Variable, ends, share_of_bristle
 from flexgui.core.trajectory import Trajectory
@@ -39,7 +39,7 @@ def fitted() -> FittedModel:
 
 @cache
 def motions() -> tuple[Trajectory, ...]:
-    return tuple(motion for motion, _, _ in fitted().refit.parametrised.motions())
+    return tuple(motion for motion, _, _ in fitted().refit.problem.motions())
 
 
 def named(name: str) -> Target:

@@ -62,7 +62,7 @@ def test_casadi_steps_as_we_do(case: Case, tmp_path: Path) -> None:
 @needs_casadi
 def test_casadi_sensitivities_are_slopes_of_the_tip(tmp_path: Path) -> None:
     case = make_case(1, SECONDS)
-    sensed = CasadiArm(case.model).sensitivities(tmp_path)
+    sensed = CasadiArm(case.model).slopes(tmp_path)
     found = sensed(case.task, case.stiffness[0], 2)
     ours = run(case.model, case.model.numbers(), case.task, 2)
     assert np.abs(found[:, :2] - ours.tip()[0]).max() < 1e-12

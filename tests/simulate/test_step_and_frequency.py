@@ -9,8 +9,8 @@ import scipy
 
 from flexgui.core.challenge.challenge_rig import bare_model
 from flexgui.core.diagnose.force_shape_refinement import spectrum, spectrum_of_error
-from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY
 from flexgui.core.drives.torque import Torque
+from flexgui.core.missing_torque import FIRST_FREQUENCY
 from flexgui.core.model import Model
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.disturbance import estimate_torque, torque_answer

@@ -77,7 +77,7 @@ def relative_normal_equations(rig: Rig, recording: Recording) -> Answer:
     residuals = _residuals(rig, [recording])
     vector = residuals.unknowns.parameters.vector()
     scales = relative_scales(residuals.unknowns, vector)
-    S = -residuals.sensitivities(vector)[0] * scales
+    S = -residuals.slopes(vector)[0] * scales
     error = residuals.blocks(vector)[0]
     return {
         "theta2": recording.theta2,

@@ -156,7 +156,7 @@ def own_ranked(before: ModelVersion, after: ModelVersion) -> RankedEffect | None
     """The own effect that `after` adds, as an entry of the ranking of `before`."""
     if before.found is None or after.found is None or after.added is None or not before.ranking:
         return None
-    from flexgui.core.diagnose.evidence import RELEVANT  # late: it loads all of a diagnosis
+    from flexgui.core.estimate.minimum import RELEVANT  # late: it loads all of a diagnosis
 
     error_before, grown = (step.cost_per_sample for step in ladder_steps((before, after)))
     drop = max(error_before - grown, 0.0)

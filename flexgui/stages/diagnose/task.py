@@ -215,7 +215,7 @@ class FindingsReporter:
         best = (first.effect, tuple(e.value for e in first.parameters))
         if best != self._best:
             self._best = best
-            laws = laws_of(self._whole.base.parametrised.model, self._shown, first)
+            laws = laws_of(self._whole.base.problem.model, self._shown, first)
             self.seen = replace(self.seen, laws=laws, laws_of=first.effect)
 
 

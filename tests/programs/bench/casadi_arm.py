@@ -196,7 +196,7 @@ class CasadiArm:
         y, r, theta = self.symbols
         return _compiled(folder, [y, r, theta], self.step, y)
 
-    def sensitivities(self, folder: Path) -> Run:
+    def slopes(self, folder: Path) -> Run:
         """Compiles the simulation with its forward sensitivities; its outputs are the tip (2,) and
         its slopes by each EI, one after the other."""
         import casadi as ca

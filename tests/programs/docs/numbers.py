@@ -14,7 +14,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 METHOD = ROOT / "docs" / "method.md"
-PACKAGES = ("core/check", "core/diagnose", "core/identify", "core/noise", "core/propose")
+NAMES = ("check", "diagnose", "estimate", "identify", "noise", "propose")
+PACKAGES = tuple(f"core/{name}" for name in NAMES)
 ROW = re.compile(r"^\| `([\w.]+)\.([A-Z_]+)` \| (-?[\d.]+(?:e[+-]?\d+)?) \| (.*) \|$", re.MULTILINE)
 
 

@@ -63,9 +63,9 @@ def _own_start(values: Any) -> Callable[..., Any]:
 
 
 SWITCHES: Mapping[str, Sequence[Patch]] = {
-    "progressive horizon, refits": [("core.diagnose.refit_starts._informative_share", _none)],
-    "nominal start of a minimum": [("core.diagnose.cost_minimum.other_start", _none)],
-    "nominal start of a refit": [("core.diagnose.refit_starts.differs_from_nominal", _no)],
+    "progressive horizon, refits": [("core.estimate.starts._informative_share", _none)],
+    "nominal start of a minimum": [("core.estimate.minimum.other_start", _none)],
+    "nominal start of a refit": [("core.estimate.starts.differs_from_nominal", _no)],
     "progressive horizon, identification": [
         ("core.identify.fit.starts_over_horizon", _starts),
     ],
@@ -74,7 +74,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "exchange": [("core.diagnose.search.best_exchange", _none)],
     "prune": [("core.diagnose.search.Search._reduction", _none)],
     "bending shapes": [("core.diagnose.search.resolved", _first)],
-    "limits of idealised laws": [("core.diagnose.fitted_model.law_error", _nothing_missed)],
+    "limits of idealised laws": [("core.estimate.fitted_model.law_error", _nothing_missed)],
     "floor re-estimation": [
         ("core.diagnose.search.lower_floors", _none),
         ("core.diagnose.search.higher_floors", _none),

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from flexgui.core.diagnose.final_results import final_parameters
-from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import sizes_of
+from flexgui.core.estimate.fit_result import with_robust_covariance
 from flexgui.core.experiments.design import Candidate, Design, ExperimentRequest
 from flexgui.core.experiments.plan import fit_for_planning, plan
 from flexgui.core.loading import load_recordings

@@ -22,7 +22,6 @@ import numpy as np
 
 from flexgui.core.challenge.detectability import UnreachableError, crossing
 from flexgui.core.diagnose.base_fit import compared_outputs
-from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.force_shape_refinement import ShapedChanges, best_force_shape
 from flexgui.core.diagnose.gram_matrix import gram_matrix
 from flexgui.core.diagnose.output_changes import (
@@ -31,10 +30,11 @@ from flexgui.core.diagnose.output_changes import (
     simulate_output_changes,
     trials,
 )
-from flexgui.core.diagnose.refit import fit
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig
 from flexgui.core.effects.sizes import Sizes, sizes_of
+from flexgui.core.estimate.fit_result import fit
+from flexgui.core.estimate.problem import FitData, Problem, problem_of
 from flexgui.core.identify.defect_correction import Anchor
 from flexgui.core.identify.fit_unknowns import unknowns_with_starts
 from flexgui.core.identify.prepared_recording import prepare
@@ -89,7 +89,7 @@ class Sight:
         self.plain = self.data(clean)
         self.plain = replace(self.plain, weights=self._weights(clean))
 
-    def data(self, recordings: Sequence[Recording]) -> FitProblem:
+    def data(self, recordings: Sequence[Recording]) -> FitData:
         """What a diagnosis compares on these recordings, in SI."""
         model, processing = self.setup.model, self.setup.processing
         outputs = compared_outputs(model, self.setup.outputs, recordings)
@@ -97,7 +97,7 @@ class Sight:
         ones = tuple(np.ones(e.measured.shape[1]) for e in experiments)
         steps = int(np.ceil(STEPS_HZ / self.bench.rate))
         nuisance = unknowns_with_starts(model, self.spec, recordings, outputs).items
-        return FitProblem(model, experiments, nuisance, ones, {}, {}, self.sizes, steps)
+        return FitData(model, experiments, nuisance, ones, {}, {}, self.sizes, steps)
 
     def _weights(self, clean: Sequence[Recording]) -> tuple[np.ndarray, ...]:
         """One over the floors: noise by the same route, and fidelity."""
@@ -119,9 +119,9 @@ class Sight:
         return errors_of(self.plain)
 
     @cached_property
-    def base(self) -> ParametrisedModel:
+    def base(self) -> Problem:
         """The healthy model on its own recordings."""
-        return parametrised(self.plain, (), {})
+        return problem_of(self.plain, (), {})
 
     @cached_property
     def absorbed(self) -> np.ndarray:
@@ -148,9 +148,9 @@ class Sight:
         return float(np.sqrt(np.mean((d - Q @ (Q.T @ d)) ** 2)))
 
 
-def errors_of(data: FitProblem) -> list[np.ndarray]:
+def errors_of(data: FitData) -> list[np.ndarray]:
     """(M, k) per recording: what the healthy model misses, times the weights."""
-    h = parametrised(data, (), {})
+    h = problem_of(data, (), {})
     return h.errors(h.vector)
 
 
@@ -304,10 +304,10 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     hidden = [effect(k) for k in truth.kinds]
     recordings = sight.bench.sketched(truth.machine)
     data = replace(sight.data(recordings), weights=sight.plain.weights)
-    whole = parametrised(data, hidden, truth.values)
+    whole = problem_of(data, hidden, truth.values)
     nothing = [np.zeros_like(e.measured) for e in data.experiments]  # the truth misses nothing
     data = replace(data, anchor=Anchor(whole.residuals, whole.vector, nothing))
-    whole = parametrised(data, hidden, truth.values)
+    whole = problem_of(data, hidden, truth.values)
     slopes = whole.slopes(whole.vector)
     tested = [
         one
@@ -324,7 +324,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     labels = whole.unknowns.labels
     for one in hidden:
         rest = [e for e in hidden if e is not one]
-        lost = parametrised(data, rest, truth.values)
+        lost = problem_of(data, rest, truth.values)
         missing = lost.errors(lost.vector)
         own = _own_names(sight, one, rest)
         kept = [j for j, name in enumerate(labels) if name not in own]
@@ -341,7 +341,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         parts = [kind for kind in one.includes if kind not in truth.kinds]
         for kind in dict.fromkeys(("", *close, *parts)):
             instead = [effect(kind)] if kind else []
-            start = parametrised(data, [*rest, *instead], {**truth.values, **taken.get(kind, {})})
+            start = problem_of(data, [*rest, *instead], {**truth.values, **taken.get(kind, {})})
             fitted = fit(start, None, lambda: False, ITERATIONS).cost / data.count
             left = min(lefts.get(kind, products[-1, -1] / data.count), fitted)
             if left + sight.noise**2 < ABOVE**2:

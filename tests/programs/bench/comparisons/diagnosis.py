@@ -11,11 +11,11 @@ import scipy
 
 from flexgui.core.diagnose.acceptance import Round
 from flexgui.core.diagnose.base_fit import BaseFit, fit_base
-from flexgui.core.diagnose.fit_problem import parametrised
 from flexgui.core.diagnose.output_changes import trials
 from flexgui.core.diagnose.search_round import applicable, search_round
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.effect import Effect
+from flexgui.core.estimate.problem import problem_of
 from flexgui.core.identify.processing import Processing
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import IdentifySpec
@@ -97,7 +97,7 @@ def _peer(begun: BaseFit, candidates: Sequence[Effect]) -> tuple[float, float]:
     spent, parameters, cost = 0.0, 0, np.inf
     chosen = [c for c in candidates if c.kind in REFITTED_BY_PEER]
     for one in chosen:
-        start = parametrised(begun.data, [one], begun.base.parametrised.values())
+        start = problem_of(begun.data, [one], begun.base.problem.values())
         begin_at = time.perf_counter()
         limits = start.limits
         found = scipy.optimize.least_squares(
@@ -116,5 +116,5 @@ def _peer(begun: BaseFit, candidates: Sequence[Effect]) -> tuple[float, float]:
 
 def _free(begun: BaseFit, candidate: Effect) -> int:
     """Parameters that a refit frees."""
-    tried = trials(begun.base.parametrised, candidate, begun.data)
+    tried = trials(begun.base.problem, candidate, begun.data)
     return len({t.parameter for t in tried})

@@ -113,7 +113,7 @@ def _row(modes: int, size: Size) -> Row:
     compiled: list[Run] = []
     with TemporaryDirectory() as folder:
         arm = CasadiArm(fitting.model)
-        built = seconds(lambda: compiled.append(arm.sensitivities(Path(folder))))
+        built = seconds(lambda: compiled.append(arm.slopes(Path(folder))))
     estimates = fitting.ours()
     values, deviations = np.array([(e.value, e.std) for e in estimates]).T
     tight = fitting.theirs(compiled[0], TIGHT, values)

@@ -66,6 +66,6 @@ def _apart(residuals: Residuals, values: dict[str, tuple[float, float]]) -> floa
     One step is enough: within a deviation of the minimum the residuals are linear to 1e-3.
     """
     answer, deviations = np.array([values[name] for name in residuals.unknowns.labels]).T
-    slopes = residuals.vector(residuals.sensitivities(answer))
+    slopes = residuals.vector(residuals.slopes(answer))
     step = np.linalg.lstsq(slopes, residuals(answer), rcond=None)[0]
     return float(np.max(np.abs(step) / deviations))

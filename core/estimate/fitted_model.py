@@ -13,11 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..diagnose.cost_minimum import converge, law_error
-from ..diagnose.fit_problem import FitProblem, parametrised
-from ..diagnose.refit import Refit, with_robust_covariance
-from ..diagnose.remaining_error import within_noise
 from ..effects.effect import Effect
+from ..estimate.fit_result import FitResult, with_robust_covariance
+from ..estimate.minimum import converge, law_error
+from ..estimate.problem import FitData, problem_of, within_noise
 from ..least_squares import cost_of, normal_equations, pseudo_inverse, with_prior
 
 
@@ -25,9 +24,9 @@ from ..least_squares import cost_of, normal_equations, pseudo_inverse, with_prio
 class FittedModel:
     """A model at its minimum."""
 
-    data: FitProblem
+    data: FitData
     """Anchored at the model."""
-    refit: Refit
+    refit: FitResult
     effects: tuple[Effect, ...]
     """Those that were stated first."""
 
@@ -36,7 +35,7 @@ class FittedModel:
         """What identifies the model: bending shapes per segment, and the set of effects."""
         return (*map(str, self.data.bare.arm.modes), *sorted(e.kind for e in self.effects))
 
-    def against(self, like: FitProblem) -> FittedModel:
+    def against(self, like: FitData) -> FittedModel:
         """The model against the noise of other data of the same recordings."""
         if like.floors == self.data.floors:
             return self
@@ -45,7 +44,7 @@ class FittedModel:
             floor_sources=like.floor_sources, floor_uncertainty=like.floor_uncertainty,
         )  # fmt: skip
         refit = weighted(self.refit, self.data, data)
-        anchored = replace(data, anchor=refit.parametrised.residuals.anchor)
+        anchored = replace(data, anchor=refit.problem.residuals.anchor)
         return replace(self, data=anchored, refit=refit)
 
     @cached_property
@@ -62,40 +61,44 @@ class FittedModel:
 
 
 def fit_model(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitData, effects: Sequence[Effect], values: Mapping[str, float],
     stopped: Callable[[], bool],
 ) -> FittedModel:  # fmt: skip
     """The model with these effects, converged from `values` (label -> value)."""
-    start = parametrised(replace(data, anchor=None), effects, values)
+    start = problem_of(replace(data, anchor=None), effects, values)
     return FittedModel(*converge(replace(data, anchor=None), start, None, stopped), tuple(effects))
 
 
-def weight_ratios(old: FitProblem, new: FitProblem) -> list[np.ndarray]:
+def weight_ratios(old: FitData, new: FitData) -> list[np.ndarray]:
     """(k,) per recording: new weights of the channels over the old ones."""
     return [b / a for a, b in zip(old.weights, new.weights, strict=True)]
 
 
-def weighted(refit: Refit, old: FitProblem, new: FitProblem) -> Refit:
+def weighted(refit: FitResult, old: FitData, new: FitData) -> FitResult:
     """A refit of `old` data with the weights of `new`, at the minimum of these by a linear step."""
-    ratios, h = weight_ratios(old, new), refit.parametrised
+    ratios, problem = weight_ratios(old, new), refit.problem
     blocks = [b * r for b, r in zip(refit.errors, ratios, strict=True)]
     slopes = [S * r[:, None] for S, r in zip(refit.descended.slopes, ratios, strict=True)]
-    move = np.zeros(len(h.vector))
-    inside = np.flatnonzero(h.limits.inside(h.vector))
+    move = np.zeros(len(problem.vector))
+    inside = np.flatnonzero(problem.limits.inside(problem.vector))
     if len(inside):
-        A, b = with_prior(*normal_equations(blocks, slopes), h.vector, h.limits)
+        A, b = with_prior(*normal_equations(blocks, slopes), problem.vector, problem.limits)
         move[inside] = -pseudo_inverse(A[np.ix_(inside, inside)]) @ b[inside]
-    vector = np.clip(h.vector + move, h.limits.lower, h.limits.upper)
-    moved = [b + S @ (vector - h.vector) for b, S in zip(blocks, slopes, strict=True)]
-    before, after = (float(h.limits.prior_cost(x)) for x in (h.vector, vector))
+    vector = np.clip(problem.vector + move, problem.limits.lower, problem.limits.upper)
+    moved = [b + S @ (vector - problem.vector) for b, S in zip(blocks, slopes, strict=True)]
+    before, after = (float(problem.limits.prior_cost(x)) for x in (problem.vector, vector))
     if not cost_of(moved) + after < cost_of(blocks) + before:
-        vector, moved = h.vector, blocks
-    anchor = None if h.residuals.anchor is None else h.residuals.anchor.weighted(new.weights)
-    at = replace(h.at(vector), residuals=replace(h.residuals, weights=new.weights, anchor=anchor))
+        vector, moved = problem.vector, blocks
+    anchor = (
+        None if problem.residuals.anchor is None else problem.residuals.anchor.weighted(new.weights)
+    )
+    at = replace(
+        problem.at(vector), residuals=replace(problem.residuals, weights=new.weights, anchor=anchor)
+    )
     descended = replace(
         refit.descended, vector=vector, blocks=tuple(moved), slopes=tuple(slopes),
         cost=cost_of(moved),
     )  # fmt: skip
     return with_robust_covariance(
-        replace(refit, parametrised=at, descended=descended, whitened_cost=cost_of(moved))
+        replace(refit, problem=at, descended=descended, whitened_cost=cost_of(moved))
     )

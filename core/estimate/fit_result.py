@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
-from ..diagnose.refit_starts import ROUGH_ITERATIONS, starts
 from ..effects.effect import Effect
+from ..estimate.problem import FitData, Problem, problem_of, with_values
+from ..estimate.starts import ROUGH_ITERATIONS, starts
 from ..identify.uncertainty import LEAST_EIGENVALUE, covariance
 from ..least_squares import (
     FIRST_DAMPING,
@@ -25,10 +25,10 @@ from ..noise.whitening import Whitener
 
 
 @dataclass(frozen=True)
-class Refit:
+class FitResult:
     """A model fitted with one more effect."""
 
-    parametrised: ParametrisedModel
+    problem: Problem
     """The model at the fitted vector."""
     descended: Descended
     whitened_cost: float
@@ -39,8 +39,8 @@ class Refit:
     @property
     def cost(self) -> float:
         """Weighted sum of squares at the end of the descent, what is known a priori included."""
-        h = self.parametrised
-        return self.descended.cost + float(h.limits.prior_cost(h.vector))
+        problem = self.problem
+        return self.descended.cost + float(problem.limits.prior_cost(problem.vector))
 
     @property
     def errors(self) -> tuple[np.ndarray, ...]:
@@ -53,10 +53,10 @@ SlopesByLabel = Mapping[str, tuple[np.ndarray, ...]]
 
 
 def fit(
-    start: ParametrisedModel, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
+    start: Problem, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
     reused: SlopesByLabel | None = None, damping: float = FIRST_DAMPING,
     exact_directions: bool = False,
-) -> Refit:  # fmt: skip
+) -> FitResult:  # fmt: skip
     """Descend from the model; then one linear step to the whitened minimum.
 
     `damping`: of the first step, a share of the normal equations' diagonal (Marquardt 1963).
@@ -73,13 +73,13 @@ def fit(
     at = start.at(descended.vector)
     if whitener is None or not len(descended.vector):
         P = len(descended.vector)
-        return Refit(at, descended, descended.cost, np.full((P, P), np.nan))
+        return FitResult(at, descended, descended.cost, np.full((P, P), np.nan))
     whitened, covariance = whitened_cost(at, descended, whitener)
-    return Refit(at, descended, whitened, covariance)
+    return FitResult(at, descended, whitened, covariance)
 
 
 def whitened_cost(
-    at: ParametrisedModel, descended: Descended, whitener: Whitener
+    at: Problem, descended: Descended, whitener: Whitener
 ) -> tuple[float, np.ndarray]:
     """Least whitened squared error near a minimum, and the covariance there. Parameters at a bound
     stay there."""
@@ -95,18 +95,16 @@ def whitened_cost(
     return cost - float(b[which] @ inverse @ b[which]), covariance
 
 
-def with_whitened_cost(refit: Refit, whitener: Whitener) -> Refit:
+def with_whitened_cost(refit: FitResult, whitener: Whitener) -> FitResult:
     """The refit with the whitened cost of this whitener."""
-    return replace(
-        refit, whitened_cost=whitened_cost(refit.parametrised, refit.descended, whitener)[0]
-    )
+    return replace(refit, whitened_cost=whitened_cost(refit.problem, refit.descended, whitener)[0])
 
 
 def refit_with(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    data: FitData, base: Problem, effects: Sequence[Effect],
     values: Mapping[str, float], whitener: Whitener, slopes: Sequence[np.ndarray],
     scanned: Sequence[str], stopped: Callable[[], bool],
-) -> Refit:  # fmt: skip
+) -> FitResult:  # fmt: skip
     """Fit the model with `effects` from the best of several starts, which are compared coarsely
     after a few iterations.
 
@@ -120,30 +118,32 @@ def refit_with(
 
 
 def best_start(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    data: FitData, base: Problem, effects: Sequence[Effect],
     values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
     stopped: Callable[[], bool],
-) -> tuple[ParametrisedModel, int, SlopesByLabel]:  # fmt: skip
+) -> tuple[Problem, int, SlopesByLabel]:  # fmt: skip
     """The best start, the iterations spent to find it, and the slopes of its nuisance unknowns."""
     candidates = starts(data, base, effects, values, scanned, stopped)
-    tried = [parametrised(data, effects, start) for start in candidates]
+    tried = [problem_of(data, effects, start) for start in candidates]
     of_base = slopes_by_label(base, slopes)
     if len(tried) < 2 or stopped():
         return tried[0], 0, of_base
-    reused = [of_base if k == 0 else _own_slopes(h, of_base) for k, h in enumerate(tried)]
+    reused = [
+        of_base if k == 0 else _own_slopes(problem, of_base) for k, problem in enumerate(tried)
+    ]
     trials = [
-        fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, own)
-        for h, own in zip(tried, reused, strict=True)
+        fit(problem.half_substeps, None, stopped, TRIAL_ITERATIONS, own)
+        for problem, own in zip(tried, reused, strict=True)
     ]
     best = min(range(len(tried)), key=lambda k: trials[k].cost)
-    return tried[best].at(trials[best].parametrised.vector), TRIAL_ITERATIONS, reused[best]
+    return tried[best].at(trials[best].problem.vector), TRIAL_ITERATIONS, reused[best]
 
 
-def _own_slopes(h: ParametrisedModel, labels: Collection[str]) -> SlopesByLabel:
+def _own_slopes(problem: Problem, labels: Collection[str]) -> SlopesByLabel:
     """Those of the `labels` where a model stands: the base's hold near the base alone. A base whose
     free first states had taken up friction had beams ten times too stiff, whose slopes took the
     refits from the nominal values nowhere."""
-    own = slopes_by_label(h, h.half_substeps.slopes(h.vector))
+    own = slopes_by_label(problem, problem.half_substeps.slopes(problem.vector))
     return {label: own[label] for label in own.keys() & set(labels)}
 
 
@@ -151,20 +151,20 @@ COMPARED_SUBSTEPS = 2
 """Factor on the steps per sample for errors that are compared: step errors must not decide."""
 
 
-def with_precise_errors(data: FitProblem, rough: Refit, whitener: Whitener) -> Refit:
+def with_precise_errors(data: FitData, rough: FitResult, whitener: Whitener) -> FitResult:
     """The refit with its errors simulated as finely as those of the base."""
-    h = rough.parametrised
-    fine = with_values(data, h, refine=COMPARED_SUBSTEPS)
-    blocks = tuple(fine.errors(h.vector))
+    problem = rough.problem
+    fine = with_values(data, problem, refine=COMPARED_SUBSTEPS)
+    blocks = tuple(fine.errors(problem.vector))
     cost = cost_of(blocks)
     descended = replace(rough.descended, blocks=blocks, cost=cost)
     if not np.isfinite(cost):
         return replace(rough, descended=descended)
-    whitened, covariance = whitened_cost(h, descended, whitener)
-    return Refit(h, descended, whitened, covariance)
+    whitened, covariance = whitened_cost(problem, descended, whitener)
+    return FitResult(problem, descended, whitened, covariance)
 
 
-def slopes_by_label(base: ParametrisedModel, slopes: Sequence[np.ndarray]) -> SlopesByLabel:
+def slopes_by_label(base: Problem, slopes: Sequence[np.ndarray]) -> SlopesByLabel:
     """Sensitivities of the base (M, k, P) per recording, by label."""
     return {
         label: tuple(S[:, :, j] for S in slopes) for j, label in enumerate(base.unknowns.labels)
@@ -176,13 +176,13 @@ TRIAL_ITERATIONS = 2
 prediction leads; the second tests that prediction."""
 
 
-def with_robust_covariance(refit: Refit) -> Refit:
+def with_robust_covariance(refit: FitResult) -> FitResult:
     """The refit with the standard deviations that are stated."""
     return replace(refit, covariance=robust_covariance(refit))
 
 
 def robust_covariance(
-    refit: Refit, relative: float = LEAST_EIGENVALUE, ignore_bounds: bool = False
+    refit: FitResult, relative: float = LEAST_EIGENVALUE, ignore_bounds: bool = False
 ) -> np.ndarray:
     """(P, P) covariance of a least-squares minimum under coloured noise; NaN for parameters at a
     bound, unless `ignore_bounds`.
@@ -191,12 +191,12 @@ def robust_covariance(
     the inverse of the whitened information. It is zero along directions whose `relative` eigenvalue
     of the normal equations is smaller.
     """
-    h, x = refit.parametrised, refit.parametrised.vector
-    inside = np.flatnonzero(h.limits.inside(x) | ignore_bounds)
+    problem, x = refit.problem, refit.problem.vector
+    inside = np.flatnonzero(problem.limits.inside(x) | ignore_bounds)
     slopes = [S[:, :, inside] for S in refit.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):
-        known, counted = np.asarray(h.limits.deviations)[inside], h.residuals.counted
+        known, counted = np.asarray(problem.limits.deviations)[inside], problem.residuals.counted
         out[np.ix_(inside, inside)] = covariance(
             slopes, refit.errors, counted, len(inside), relative, known
         )

@@ -11,10 +11,14 @@ import pytest
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
-from flexgui.core.diagnose.cost_minimum import other_start
-from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
-from flexgui.core.diagnose.refit import fit
-from flexgui.core.diagnose.refit_starts import (
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import Effect, effect
+from flexgui.core.effects.base_compliance import compliance
+from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.fit_result import fit
+from flexgui.core.estimate.minimum import other_start
+from flexgui.core.estimate.problem import FitData, Problem, problem_of
+from flexgui.core.estimate.starts import (
     GRID_RATIO,
     Horizon,
     Values,
@@ -22,10 +26,6 @@ from flexgui.core.diagnose.refit_starts import (
     profile_costs,
     starts,
 )
-from flexgui.core.drives.velocity_loop import VelocityLoop
-from flexgui.core.effects import Effect, effect
-from flexgui.core.effects.base_compliance import compliance
-from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
@@ -70,7 +70,7 @@ def recorded(hidden: Effect, sizes: Mapping[str, float]) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def data() -> FitProblem:
+def data() -> FitData:
     return data_of(BASE, cb=TRUTH["cb"])
 
 
@@ -81,30 +81,30 @@ def stiffnesses(shares: Mapping[str, float]) -> tuple[Unknown, ...]:
     )
 
 
-def data_of(hidden: Effect, **sizes: float) -> FitProblem:
+def data_of(hidden: Effect, **sizes: float) -> FitData:
     bare = Model(ARM, DRIVE, "nonlinear")
     one = prepare(bare, recorded(hidden, sizes), [sensor("encoder")], Processing())
     nuisance = stiffnesses(BENT)
     floors = {"theta1": NOISE, "theta2": NOISE}
     weights = (np.full(2, 1.0 / NOISE),)
-    return FitProblem(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
+    return FitData(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
 
 
 def apart(values: Mapping[str, float]) -> float:
     return max(abs(values[name] / true - 1.0) for name, true in TRUTH.items())
 
 
-def bent(data: FitProblem) -> ParametrisedModel:
-    return parametrised(data, [], {})
+def bent(data: FitData) -> Problem:
+    return problem_of(data, [], {})
 
 
-def test_the_first_swings_tell_the_base_from_the_beam(data: FitProblem) -> None:
+def test_the_first_swings_tell_the_base_from_the_beam(data: FitData) -> None:
     before = bent(data)
     begun = {**before.values(), "cb": compliance(ARM, 60.0)}
     first, found = starts(data, before, [BASE], begun, ["cb"], lambda: False)
     assert first == begun and apart(found) < FOUND
-    there = fit(parametrised(data, [BASE], found), None, lambda: False, 10)
-    plain = fit(parametrised(data, [BASE], begun), None, lambda: False, 10)
+    there = fit(problem_of(data, [BASE], found), None, lambda: False, 10)
+    plain = fit(problem_of(data, [BASE], begun), None, lambda: False, 10)
     assert there.cost < 0.1 * plain.cost  # or there was nothing to escape from
 
 
@@ -117,7 +117,7 @@ def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> 
     assert min(abs(np.log(one["cb"] / size)) for one in near) < np.log(GRID_RATIO)
 
 
-def valleys(data: FitProblem, share: float, at: Values) -> list[Values]:
+def valleys(data: FitData, share: float, at: Values) -> list[Values]:
     """The sizes of the base whose cost is below that of their neighbours."""
     horizon = Horizon(data, [BASE], share, (), lambda: False)
     found = horizon.local_minima({**bent(data).values(), **at}, grids(data, [BASE], ["cb"]))
@@ -126,7 +126,7 @@ def valleys(data: FitProblem, share: float, at: Values) -> list[Values]:
 
 @pytest.mark.parametrize("beams", [{"EI1": 1.1, "EI2": 1.1}, BENT])
 def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(
-    data: FitProblem, beams: dict[str, float]
+    data: FitData, beams: dict[str, float]
 ) -> None:
     """With the beams held where they stand the cost has no valley at the size that is true."""
     recording = replace(data, nuisance=stiffnesses(beams))
@@ -135,22 +135,22 @@ def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(
 
 
 def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_values(
-    data: FitProblem,
+    data: FitData,
 ) -> None:
     known = stated(data, AWAY)
-    wrong = parametrised(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
+    wrong = problem_of(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
     tried = starts(known, wrong, [effect("viscous_friction")], {"fv1": 0.1}, [], lambda: False)
     arms = [{n: one[n] / TRUTH[n] for n in ("EI1", "EI2")} for one in tried]
     assert arms == [pytest.approx(BENT), pytest.approx({"EI1": AWAY, "EI2": AWAY})]
     assert all(one["fv1"] == 0.1 for one in tried)
 
 
-def test_who_stops_gets_what_was_compared_so_far(data: FitProblem) -> None:
-    h = parametrised(data, [BASE], {"cb": TRUTH["cb"]})
+def test_who_stops_gets_what_was_compared_so_far(data: FitData) -> None:
+    h = problem_of(data, [BASE], {"cb": TRUTH["cb"]})
     assert profile_costs(h, [0], [h.vector] * 3, lambda: True) == []
 
 
-def stated(data: FitProblem, share: float) -> FitProblem:
+def stated(data: FitData, share: float) -> FitData:
     """With both stiffnesses stated at a share of the truth."""
     nuisance = tuple(
         replace(u, parameter=replace(u.parameter, value=share * TRUTH[u.label]))
@@ -164,19 +164,19 @@ AWAY = 1.1
 
 
 def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_values(
-    data: FitProblem,
+    data: FitData,
 ) -> None:
     known = stated(data, AWAY)
     wrong = {name: TRUTH[name] * x for name, x in BENT.items()}
     values = {**wrong, "cb": compliance(ARM, 60.0)}
-    stuck = fit(parametrised(known, [BASE], values), None, lambda: False, 10).parametrised
+    stuck = fit(problem_of(known, [BASE], values), None, lambda: False, 10).problem
     assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
     found = other_start(known, stuck, lambda: False)
     assert found is not None and apart(found.values()) < FOUND
 
 
-def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: FitProblem) -> None:
-    at = parametrised(stated(data, 1.0), [BASE], TRUTH)
+def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: FitData) -> None:
+    at = problem_of(stated(data, 1.0), [BASE], TRUTH)
     assert other_start(stated(data, 1.0), at, lambda: False) is None
     assert other_start(stated(data, AWAY), at, lambda: False) is None
 

@@ -22,8 +22,8 @@ from operator import itemgetter
 import numpy as np
 
 from ..arm.arm import Structure
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
 from ..effects.effect import Effect
+from ..estimate.problem import FitData, Problem, parameter_names, problem_of
 from ..identify.refinement import FEWEST_PER_UNKNOWN, HORIZON_TOLERANCE, HORIZONS, first_parts
 from ..lanes.wide import LANES
 from ..least_squares import (
@@ -73,7 +73,7 @@ COST = itemgetter(0)
 
 
 def starts(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    data: FitData, base: Problem, effects: Sequence[Effect],
     values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> list[Values]:  # fmt: skip
     """Starts of the model with `effects`, the new one last, over whole recordings; the first begins
@@ -89,7 +89,7 @@ def starts(
 
 
 def share_of_first_swings(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    data: FitData, base: Problem, effects: Sequence[Effect],
     values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> float:  # fmt: skip
     """Share of the base's error above noise over the first part of each recording, its unknowns
@@ -102,25 +102,25 @@ def share_of_first_swings(
     changes = _start_changes(data, base.values())
     left = [cost for x in changes for cost, _ in horizon.local_minima({**from_base, **x}, sizes)]
     # Over so short a part the other unknowns alone explain much.
-    h = parametrised(horizon.first, effects[:-1], from_base)
-    ((cost, _),) = profile_costs(h, (), [h.vector])
+    problem = problem_of(horizon.first, effects[:-1], from_base)
+    ((cost, _),) = profile_costs(problem, (), [problem.vector])
     return max((cost - min(left, default=cost)) / max(cost - horizon.first.count, 1.0), 0.0)
 
 
-def differs_from_nominal(data: FitProblem, values: Mapping[str, float]) -> bool:
+def differs_from_nominal(data: FitData, values: Mapping[str, float]) -> bool:
     """Whether a nominal parameter has left its nominal value."""
     shared = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     return any(abs(values.get(k, x) - x) > LEAST_CHANGE * abs(x) for k, x in shared.items())
 
 
-def nominal_values(data: FitProblem) -> Values:
+def nominal_values(data: FitData) -> Values:
     """label -> nominal value of each unknown beside those of effects. The first states of
     recordings belong to them: fitted while an effect was missing, they have taken up a part of it.
     """
     return {u.label: u.parameter.value for u in data.nuisance}
 
 
-def _start_changes(data: FitProblem, at: Mapping[str, float]) -> list[Values]:
+def _start_changes(data: FitData, at: Mapping[str, float]) -> list[Values]:
     """Changes of the current values for a start: none, or to the nominal values if they differ."""
     return [{}, nominal_values(data)] if differs_from_nominal(data, at) else [{}]
 
@@ -130,7 +130,7 @@ class Horizon:
     """Models with `effects` over the first `share` of each recording. Sizes in `held` are fixed: a
     limit that the first part does not reach has no minimum."""
 
-    data: FitProblem
+    data: FitData
     effects: Sequence[Effect]
     share: float
     held: Collection[str]
@@ -138,19 +138,19 @@ class Horizon:
 
     @classmethod
     def for_effects(
-        cls, data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+        cls, data: FitData, base: Problem, effects: Sequence[Effect],
         values: Mapping[str, float], stopped: Callable[[], bool],
     ) -> Horizon | None:  # fmt: skip
         """None if the last effect leaves the arm's vibrations unchanged, or if no first part shows
         enough."""
         if not vibrates(data, base, effects, values):
             return None
-        share = _informative_share(data, base, len(parametrised(data, effects, values).vector))
+        share = _informative_share(data, base, len(problem_of(data, effects, values).vector))
         fixed = tuple(base.model.effect_parameters)
         return None if share is None else cls(data, effects, share, fixed, stopped)
 
     @cached_property
-    def first(self) -> FitProblem:
+    def first(self) -> FitData:
         """The data of the first parts."""
         return first_part_of(self.data, self.share)
 
@@ -173,11 +173,11 @@ class Horizon:
 
     def descended(self, values: Mapping[str, float], most: int) -> tuple[float, Values]:
         """Cost per sample and values after at most `most` iterations."""
-        h = _with_free_sizes(self.first, self.effects, values, self.held).half_substeps
+        problem = _with_free_sizes(self.first, self.effects, values, self.held).half_substeps
         result = levenberg_marquardt(
-            h.errors, h.slopes, h.vector, h.limits, self.stopped, most=most
+            problem.errors, problem.slopes, problem.vector, problem.limits, self.stopped, most=most
         )
-        return result.cost / self.first.count, {**values, **h.at(result.vector).values()}
+        return result.cost / self.first.count, {**values, **problem.at(result.vector).values()}
 
     def extended(self, start: tuple[float, Values]) -> Values | None:
         """Values after a descent over more of each recording, all sizes free; None if it
@@ -190,28 +190,26 @@ class Horizon:
 
     def local_minima(self, at: Values, sizes: Grids) -> list[tuple[float, Values]]:
         """The best local minima among some sizes, with their costs, all other unknowns adapted."""
-        h = _with_free_sizes(self.first, self.effects, at, self.held)
-        labels = h.unknowns.labels
+        problem = _with_free_sizes(self.first, self.effects, at, self.held)
+        labels = problem.unknowns.labels
         tried = {name: grid for name, grid in sizes.items() if name in labels}
         along = [labels.index(name) for name in tried]
         if len(along) > 1:
             combined = np.array(list(product(*tried.values())))
-            best = min(self._profile(h, along, combined), key=COST)
-            ends = [self._each_size(h, best, along)]
+            best = min(self._profile(problem, along, combined), key=COST)
+            ends = [self._each_size(problem, best, along)]
         else:
             each = [refined_grid(grid)[:, None] for grid in tried.values()]
-            ends = [end for grid in each for end in _valleys(self._profile(h, along, grid))]
-        return [(cost, {**at, **h.at(vector).values()}) for cost, vector in ends]
+            ends = [end for grid in each for end in _valleys(self._profile(problem, along, grid))]
+        return [(cost, {**at, **problem.at(vector).values()}) for cost, vector in ends]
 
-    def _profile(
-        self, h: ParametrisedModel, along: Sequence[int], grid: np.ndarray
-    ) -> list[Minimum]:
+    def _profile(self, problem: Problem, along: Sequence[int], grid: np.ndarray) -> list[Minimum]:
         """(cost, vector) with the unknowns `along` at each row of a grid (N, len(along))."""
-        vectors = np.repeat(h.vector[None], len(grid), axis=0)
+        vectors = np.repeat(problem.vector[None], len(grid), axis=0)
         vectors[:, along] = grid
-        return profile_costs(h, along, list(vectors), self.stopped)
+        return profile_costs(problem, along, list(vectors), self.stopped)
 
-    def _each_size(self, h: ParametrisedModel, best: Minimum, along: Sequence[int]) -> Minimum:
+    def _each_size(self, problem: Problem, best: Minimum, along: Sequence[int]) -> Minimum:
         """After each of the sizes `along` has gone over those around it by itself, as often as one
         of them finds better."""
         unchanged, turn = 0, 0
@@ -219,7 +217,7 @@ class Horizon:
             column = turn % len(along)
             rows = np.repeat(best[1][along][None], len(SIZES_AROUND), axis=0)
             rows[:, column] *= SIZES_AROUND
-            found = min(self._profile(h.at(best[1]), along, rows), key=COST)
+            found = min(self._profile(problem.at(best[1]), along, rows), key=COST)
             better = found[0] < (1.0 - HORIZON_TOLERANCE) * best[0]
             unchanged, turn = (0 if better else unchanged + 1), turn + 1
             best = found if better else best
@@ -234,7 +232,7 @@ def _valleys(ends: Sequence[Minimum]) -> list[Minimum]:
 
 
 def vibrates(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    data: FitData, base: Problem, effects: Sequence[Effect],
     values: Mapping[str, float],
 ) -> bool:  # fmt: skip
     """Whether the last effect changes the arm's vibrations."""
@@ -244,12 +242,12 @@ def vibrates(
     return other_arm or not model.arm_catalogue.entries.keys().isdisjoint(own)
 
 
-def first_part_of(data: FitProblem, share: float) -> FitProblem:
+def first_part_of(data: FitData, share: float) -> FitData:
     """The data over the first `share` of each recording."""
     return replace(data, experiments=tuple(first_parts(data.experiments, share)), anchor=None)
 
 
-def _informative_share(data: FitProblem, base: ParametrisedModel, unknowns: int) -> float | None:
+def _informative_share(data: FitData, base: Problem, unknowns: int) -> float | None:
     """The smallest share of each recording over which the error of `base` exceeds noise; None:
     none."""
     errors = base.errors(base.vector)
@@ -267,19 +265,19 @@ def _informative_share(data: FitProblem, base: ParametrisedModel, unknowns: int)
 
 
 def _with_free_sizes(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], fixed: Collection[str]
-) -> ParametrisedModel:
+    data: FitData, effects: Sequence[Effect], values: Mapping[str, float], fixed: Collection[str]
+) -> Problem:
     """The model with `effects`; all is free but the sizes `fixed`."""
-    h = parametrised(data, effects, values)
+    problem = problem_of(data, effects, values)
     if not fixed:
-        return h
+        return problem
     nominal = {u.parameter.name for u in data.nuisance}
-    named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
+    named = [u for u in problem.unknowns.items if u.parameter.name not in nominal]
     free = tuple(u for u in named if u.parameter.name not in fixed)
-    return parametrised(data, effects, values, freed=free)
+    return problem_of(data, effects, values, freed=free)
 
 
-def grids(data: FitProblem, effects: Sequence[Effect], scanned: Sequence[str]) -> Grids:
+def grids(data: FitData, effects: Sequence[Effect], scanned: Sequence[str]) -> Grids:
     """The screen's sizes of each of the `scanned` parameters."""
     arm = data.bare.with_effects(effects).arm
     items = [k for e in effects for k in e.parameters(arm, data.bare.drive, data.sizes) if k.grid]
@@ -298,7 +296,7 @@ def refined_grid(sizes: np.ndarray) -> np.ndarray:
 
 
 def profile_costs(
-    h: ParametrisedModel, along: Collection[int], vectors: Sequence[np.ndarray],
+    problem: Problem, along: Collection[int], vectors: Sequence[np.ndarray],
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[Minimum]:  # fmt: skip
     """(cost, vector (P,)) at each of `vectors`, which differ in the unknowns `along`; the other
@@ -307,14 +305,14 @@ def profile_costs(
     With the others fixed, the true minimum may not show: a first beam wrong by 2 % hid that of the
     second. Sensitivities of one point are accurate enough near the minimum, and so are few steps.
     """
-    others, limits = ~np.isin(np.arange(len(h.vector)), list(along)), h.limits
-    slopes = [as_finite(S)[:, :, others] for S in h.slopes(h.vector)]
+    others, limits = ~np.isin(np.arange(len(problem.vector)), list(along)), problem.limits
+    slopes = [as_finite(S)[:, :, others] for S in problem.slopes(problem.vector)]
     profile: list[Minimum] = []
     for k in range(0, len(vectors), LANES):  # one recording fills the lanes
         if stopped():
             break
         some = vectors[k : k + LANES]
-        for x, errors in zip(some, h.half_substeps.errors_at(some), strict=True):
+        for x, errors in zip(some, problem.half_substeps.errors_at(some), strict=True):
             A, b = normal_equations([as_finite(e) for e in errors], slopes)
             known, weights = (each[others] for each in limits.prior_measurements(x))
             A, b = A + np.diag(weights**2), b + known * weights

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arm.joints import joint
-from ..diagnose.fit_problem import ParametrisedModel
-from ..identify.prepared_recording import Prepared
-from ..results import MissingTorque, RecordingComparison
-from ..simulate.disturbance import JointTorque, estimate_torque, torque_answer
-from ..simulate.posture import Posture, posture
+from .arm.joints import joint
+from .estimate.problem import Problem
+from .identify.prepared_recording import Prepared
+from .results import MissingTorque, RecordingComparison
+from .simulate.disturbance import JointTorque, estimate_torque, torque_answer
+from .simulate.posture import Posture, posture
 
 MOST_ROWS = 20_000
 """Longer recordings would take seconds each."""
@@ -30,39 +30,39 @@ MissingTorques = tuple[tuple[MissingTorque, ...], float | None]
 
 
 def missing_torque(
-    h: ParametrisedModel, i: int, comparison: RecordingComparison, floors: Mapping[str, float],
+    problem: Problem, i: int, comparison: RecordingComparison, floors: Mapping[str, float],
     agility: float | None,
 ) -> MissingTorques:  # fmt: skip
     """Missing torque along recording i, and the `agility` (N m/√s), chosen if None; no torque if a
     servo shows it already, if one linear model does not hold, or if the outputs are filtered."""
-    experiment = h.residuals.experiments[i]
+    experiment = problem.residuals.experiments[i]
     chosen = [c for c in comparison.channels if c.channel in floors and c.counted.all()]
     if (
-        not (_one_linear_model(h, experiment) and chosen and comparison.motion)
+        not (_one_linear_model(problem, experiment) and chosen and comparison.motion)
         or len(chosen[0].time) > MOST_ROWS
     ):
         return (), agility
     behind = estimate_torque(
-        _linearised(h, experiment), [c.channel for c in chosen],
+        _linearised(problem, experiment), [c.channel for c in chosen],
         np.column_stack([c.residual for c in chosen]), [floors[c.channel] for c in chosen],
         experiment.recording.sample_time, agility,
     )  # fmt: skip
     if behind is None:
         return (), agility
-    motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
+    motion = problem.residuals.predictor.trajectories([(problem.vector, [i])])[0][0][0]
     each = (
-        _joint_record(k, behind, comparison, motion.torque[:, k], h)
-        for k in range(h.model.arm.joints)
+        _joint_record(k, behind, comparison, motion.torque[:, k], problem)
+        for k in range(problem.model.arm.joints)
     )
     return tuple(each), behind.agility
 
 
-def _linearised(h: ParametrisedModel, experiment: Prepared) -> Posture:
+def _linearised(problem: Problem, experiment: Prepared) -> Posture:
     """The linear model at the working point, without effects that have no linear model: the slope
     of friction at rest says nothing about a motion."""
-    values = h.residuals.predictor.values(experiment, h.vector)
-    smooth = [e for e in h.model.effects if e.linear]
-    model = h.model.with_effects(smooth, {**h.model.effect_values, **values})
+    values = problem.residuals.predictor.values(experiment, problem.vector)
+    smooth = [e for e in problem.model.effects if e.linear]
+    model = problem.model.with_effects(smooth, {**problem.model.effect_values, **values})
     joints = np.mean(experiment.task.schedule[:, : model.arm.joints], axis=0)
     return posture(model, joints, model.numbers(values))
 
@@ -82,20 +82,20 @@ class ErrorResponse:
 
 
 def error_response(
-    h: ParametrisedModel, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
+    problem: Problem, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
 ) -> tuple[ErrorResponse | None, float | None]:
     """The response of recording i, from its error (M, k), measured minus modelled, and the noise
     floors (k,), and the `agility` (N m/√s); None where `missing_torque` gives nothing."""
-    e = h.residuals.experiments[i]
-    if not (_one_linear_model(h, e) and e.counted.all()) or len(error) > MOST_ROWS:
+    e = problem.residuals.experiments[i]
+    if not (_one_linear_model(problem, e) and e.counted.all()) or len(error) > MOST_ROWS:
         return None, agility
-    names, dt, at = [c[0] for c in e.channels], e.recording.sample_time, _linearised(h, e)
+    names, dt, at = [c[0] for c in e.channels], e.recording.sample_time, _linearised(problem, e)
     behind = estimate_torque(at, names, error, floors.tolist(), dt, agility)
     if behind is None:
         return None, agility
     which, response = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[FIRST_FREQUENCY:])
-    motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
-    nj = h.model.arm.joints
+    motion = problem.residuals.predictor.trajectories([(problem.vector, [i])])[0][0][0]
+    nj = problem.model.arm.joints
     return ErrorResponse(
         place=motion.q[:, :nj] + behind.place,
         speed=motion.v[:, :nj] + behind.speed,
@@ -104,11 +104,11 @@ def error_response(
     ), behind.agility
 
 
-def _one_linear_model(h: ParametrisedModel, experiment: Prepared) -> bool:
+def _one_linear_model(problem: Problem, experiment: Prepared) -> bool:
     """Whether one linear model gives the outputs' response to a torque."""
-    places = experiment.task.schedule[:, 1 : h.model.arm.joints]
+    places = experiment.task.schedule[:, 1 : problem.model.arm.joints]
     still = np.all(np.abs(places - places.mean(axis=0)) <= MOST_MOVED)
-    return experiment.processing.nothing and h.model.steering is None and bool(still)
+    return experiment.processing.nothing and problem.model.steering is None and bool(still)
 
 
 def _joint_record(
@@ -116,11 +116,11 @@ def _joint_record(
     behind: JointTorque,
     comparison: RecordingComparison,
     applied: np.ndarray,
-    h: ParametrisedModel,
+    problem: Problem,
 ) -> MissingTorque:
     """The torque that the drive applies beyond the model's: minus the torque that explains the
     error."""
-    kind, time = joint(h.model.arm.segments[k].joint), comparison.channels[0].time
+    kind, time = joint(problem.model.arm.segments[k].joint), comparison.channels[0].time
     assert comparison.motion is not None
     return MissingTorque(
         joint=k + 1, unit=kind.effort_unit, time=time,

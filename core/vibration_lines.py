@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..diagnose.fit_problem import ParametrisedModel
-from ..identify.prepared_recording import Prepared
-from ..noise.repeated_motions import FEWEST_CYCLES, motion_inputs, period
-from ..simulate.posture import posture, vibration_modes
+from .estimate.problem import Problem
+from .identify.prepared_recording import Prepared
+from .noise.repeated_motions import FEWEST_CYCLES, motion_inputs, period
+from .simulate.posture import posture, vibration_modes
 
 LINE_SIGNIFICANCE = 1e-4
 """Probability that white noise has a line as high: below it, a line is significant."""
@@ -94,7 +94,7 @@ def _within_an_octave(power: np.ndarray) -> np.ndarray:
 
 
 def unexplained_line(
-    experiments: Sequence[Prepared], errors: Sequence[np.ndarray], fitted: ParametrisedModel | None,
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray], fitted: Problem | None,
     above: float,
 ) -> UnexplainedLine | None:  # fmt: skip
     """The unexplained line with the largest share, over all recordings and channels whose error
@@ -189,7 +189,7 @@ class _KnownLines:
     """s, after which the motion repeats"""
 
     @classmethod
-    def of(cls, e: Prepared, fitted: ParametrisedModel | None, i: int) -> _KnownLines:
+    def of(cls, e: Prepared, fitted: Problem | None, i: int) -> _KnownLines:
         dt, N = e.recording.sample_time, len(e.recording.time)
         filters = [f for kind in {*e.kinds} for f in e.processing.filters(kind)]
         commanded = e.model.steering is None
@@ -242,7 +242,7 @@ def _hold_hz(references: np.ndarray, dt: float) -> float:
     return 0.5 / (hold * dt) if hold > 1 else 0.0
 
 
-def _resonances(fitted: ParametrisedModel, i: int) -> tuple[tuple[float, float], ...]:
+def _resonances(fitted: Problem, i: int) -> tuple[tuple[float, float], ...]:
     """(Hz, Hz to each side) of the resonances of the fitted model along recording i. Only effects
     with a linear model count: the slope of friction at rest says nothing about a motion."""
     e = fitted.residuals.experiments[i]

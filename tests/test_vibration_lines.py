@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.remaining_error import remaining_error
-from flexgui.core.diagnose.vibration_lines import LEAST_LINE_SHARE, Line, lines_of, unexplained_line
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
+from flexgui.core.estimate.problem import FitData, Problem, problem_of
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
@@ -22,6 +21,7 @@ from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.results import ABOVE
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.posture import posture, vibration_modes
+from flexgui.core.vibration_lines import LEAST_LINE_SHARE, Line, lines_of, unexplained_line
 from tests.helpers import PAPER, looped, with_modes
 from tests.noise.floors import BARE, clean
 
@@ -62,15 +62,15 @@ def errors_with(
     return e.processing.apply(block, DT)
 
 
-def fitted(model: Model, e: Prepared) -> ParametrisedModel:
+def fitted(model: Model, e: Prepared) -> Problem:
     """A model at its own values, as something that was fitted."""
     ones = (np.ones(len(e.channels)),)
     bare = model.bare or model
-    data = FitProblem(bare, (e,), (), ones, {}, {}, typical(PAPER), 1)
-    return parametrised(data, model.effects, model.effect_values)
+    data = FitData(bare, (e,), (), ones, {}, {}, typical(PAPER), 1)
+    return problem_of(data, model.effects, model.effect_values)
 
 
-def found(e: Prepared, errors: np.ndarray, model: ParametrisedModel | None = None) -> float | None:
+def found(e: Prepared, errors: np.ndarray, model: Problem | None = None) -> float | None:
     """Hz of the line that is told."""
     one = unexplained_line([e], [errors], model, ABOVE)
     assert one is None or one.channel == "z1"

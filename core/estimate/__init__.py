@@ -1,0 +1,1 @@
+"""Models with effects, fitted: the one estimator of diagnoses, laws and experiments."""
