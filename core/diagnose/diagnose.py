@@ -8,12 +8,7 @@ from dataclasses import replace
 
 from ..arm.arm import Arm
 from ..diagnose.base_fit import BaseFit, fit_base
-from ..diagnose.final_results import (
-    compare_with_recordings,
-    effect_settings,
-    final_parameters,
-    parameter_origins,
-)
+from ..diagnose.candidates import not_applicable, ruled_out
 from ..diagnose.ladder import Ladder, ladder
 from ..diagnose.memo import Memo
 from ..diagnose.noise_update import current_floors
@@ -21,7 +16,12 @@ from ..diagnose.progress_messages import LAST, ORDER, fit_title
 from ..diagnose.remaining_error import doubts, remaining_error
 from ..diagnose.search import Found, Search
 from ..diagnose.search_options import Options, RankingCallback
-from ..diagnose.search_round import not_applicable, ruled_out
+from ..diagnose.stated_results import (
+    compare_with_recordings,
+    effect_settings,
+    final_parameters,
+    parameter_origins,
+)
 from ..effects import catalogue, with_included
 from ..errors import InputError
 from ..estimate.fitted_model import FittedModel

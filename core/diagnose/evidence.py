@@ -7,15 +7,16 @@ stands one bar of relevance, in noise floors.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from ..diagnose.linear_screen import ScreenedCandidate
+from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..estimate.fit_result import FitResult
 from ..estimate.minimum import RELEVANT
+from ..estimate.problem import FitData
 from ..results import Objection, Reason
 
 TIE = 10.0
@@ -128,3 +129,36 @@ def unseen_decide(
     behind = {id(w) for w in sure if surely_worse(best, known[id(w)])}
     order = sorted(ranked, key=lambda w: (id(w) not in known, id(w) in behind))
     return [known.get(id(w), w) for w in order]
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """An effect that is certain and relevant but is rejected."""
+
+    refitted: RefittedCandidate
+    objection: Objection
+
+
+@dataclass(frozen=True)
+class Round:
+    """Result of one round."""
+
+    screen: Screen
+    refitted: tuple[RefittedCandidate, ...]
+    """Best first."""
+    accepted: RefittedCandidate | None
+    before: FitResult
+    after: FitResult
+    data: FitData
+    """Anchored at `after`."""
+    added: tuple[RefittedCandidate, ...] = ()
+    """The effects that lead from `before` to `after`, in the order of what each explains."""
+    refusals: Sequence[Refusal] = ()
+    """Effects that were certain and relevant and were rejected, best first."""
+    failed_refits: tuple[str, ...] = ()
+    """Titles of effects whose refits could not be simulated."""
+
+    @property
+    def refused(self) -> tuple[tuple[str, Objection], ...]:
+        """Why the best effect was rejected; empty if it was accepted or explains too little."""
+        return tuple((r.refitted.screened.effect.title, r.objection) for r in self.refusals[:1])

@@ -12,14 +12,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from ..diagnose.acceptance import Round
-from ..diagnose.evidence import assess_refit
-from ..diagnose.ladder_steps import Noise, ladder_step
+from ..diagnose.evidence import Round, assess_refit
 from ..diagnose.linear_screen import screen
 from ..diagnose.memo import Memo, ModelRound
 from ..diagnose.next_experiment import deciding_experiments
 from ..diagnose.ranking import ranking_of
 from ..diagnose.search import Found
+from ..diagnose.stated_results import Noise, ladder_step
 from ..effects.effect import Effect
 from ..estimate.fit_result import fit, with_whitened_cost
 from ..estimate.fitted_model import FittedModel, fit_model, weight_ratios, weighted

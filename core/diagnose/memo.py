@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes
+from ..diagnose.evidence import Round
 from ..diagnose.noise_update import alike
 from ..effects.effect import Effect
 from ..estimate.fit_result import FitResult

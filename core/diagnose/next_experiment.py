@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from ..diagnose.acceptance import Round
+from ..diagnose.evidence import Round
 from ..estimate.problem import FitData, Problem, problem_of
 from ..identify.predictor import on_all_cores
 from ..identify.prepared_recording import prepare

@@ -8,10 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..diagnose.acceptance import Round
-from ..diagnose.evidence import LEAST_SHARE, TIE, RefittedCandidate, certain
-from ..diagnose.ladder_steps import Noise, estimates
+from ..diagnose.evidence import LEAST_SHARE, TIE, RefittedCandidate, Round, certain
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
+from ..diagnose.stated_results import Noise, estimates
 from ..estimate.fit_result import FitResult
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData, parameter_names

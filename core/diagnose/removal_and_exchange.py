@@ -20,7 +20,7 @@ from ..arm.catalogue import arm_parameters
 from ..diagnose.evidence import TIE
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
-from ..diagnose.linear_screen import Screen
+from ..diagnose.linear_screen import Screen, screen
 from ..diagnose.output_changes import OutputChange
 from ..effects import effect, with_included
 from ..effects.effect import Effect
@@ -34,7 +34,7 @@ from ..estimate.fit_result import (
 )
 from ..estimate.fitted_model import FittedModel, fit_model
 from ..estimate.minimum import RELEVANT
-from ..estimate.problem import FitData, problem_of, within_noise
+from ..estimate.problem import FitData, problem_of, with_shared_motions, within_noise
 from ..estimate.starts import ROUGH_ITERATIONS
 from ..model import Model
 from ..processors import thread_pool
@@ -156,14 +156,17 @@ class _Exchange(NamedTuple):
 
 
 def best_exchange(
-    data: FitData, refit: FitResult, present: Sequence[Effect], stated_count: int, screened: Screen,
+    model: FittedModel, stated_count: int, candidates: Sequence[Effect], known: Screen | None,
     stopped: StopCheck,
 ) -> RevisedModel | None:  # fmt: skip
     """The model with one added effect replaced, if that is better by more than a tie of BIC; or
     with one effect in place of two, if that is better at all; None where every effect is the best
-    in its place. `data` are anchored at `refit`, where `screened` compares all candidates; the
-    first `stated_count` of the effects `present` are the user's and stay."""
-    refit = with_whitened_cost(refit, screened.whitener)
+    in its place. `known`: the screen of the candidates on this model, if there is one. The first
+    `stated_count` of its effects are the user's and stay."""
+    data = with_shared_motions(model.data, model.refit.problem)
+    present, problem = model.effects, model.refit.problem
+    screened = known or screen(data, problem, present, candidates, lambda _: stopped())
+    refit = with_whitened_cost(model.refit, screened.whitener)
 
     def refitted(exchange: _Exchange) -> FitResult:
         start = {**refit.problem.values(), **exchange.values}

@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..diagnose import progress_messages as messages
-from ..diagnose.acceptance import Round
 from ..diagnose.bending_shapes import resolved
+from ..diagnose.candidates import applicable
+from ..diagnose.evidence import Round
 from ..diagnose.judgement import Judge
-from ..diagnose.linear_screen import Screen, screen
+from ..diagnose.linear_screen import Screen
 from ..diagnose.memo import Memo
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
@@ -25,11 +26,11 @@ from ..diagnose.ranking import ranking_of
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
-from ..diagnose.search_round import applicable, search_round
+from ..diagnose.search_round import search_round
 from ..effects.effect import Effect
 from ..estimate.fitted_model import FittedModel, fit_model
 from ..estimate.minimum import RELEVANT, enough_substeps
-from ..estimate.problem import FitData, with_shared_motions, within_noise
+from ..estimate.problem import within_noise
 from ..identify.loop_rate import better_loop
 from ..noise.noise_floor import Floor
 from ..progress import Progress
@@ -274,32 +275,24 @@ class Search:
         if len(self.added(model)) < 2 or self.progress.stopped():
             return None
         self.progress.stage(messages.EXCHANGE)
-        screened, data = self._screened(model)
-        count, stopped = len(self.memo.stated), self.progress.stopped
-        exchange = best_exchange(data, model.refit, model.effects, count, screened, stopped)
+        known, stopped = self.memo.rounds.get(model.key), self.progress.stopped
+        same = known is not None and known.model.refit is model.refit
+        screened = known.round.screen if known is not None and same else None
+        candidates = applicable(model.data, model.effects, self.options.candidates)
+        exchange = best_exchange(model, len(self.memo.stated), candidates, screened, stopped)
         if exchange is None:
             return None
         values = exchange.refit.problem.values()
-        after = fit_model(data, exchange.effects, values, self.progress.stopped)
+        after = fit_model(model.data, exchange.effects, values, self.progress.stopped)
         # The whitener knows the error of the model as it stands; one that leaves relevantly more
         # of it is no better explanation, whatever its colour says.
         new = [e for e in exchange.effects if e not in model.effects]
-        worse = after.refit.cost - model.refit.cost > RELEVANT * data.count
+        worse = after.refit.cost - model.refit.cost > RELEVANT * model.data.count
         if worse or self._judge(model).objection(after.data, after.refit, new):
             return None
         gone = tuple(e.title for e in model.effects if e not in exchange.effects)
         title = f"{listed([e.title for e in new])} for {', '.join(gone)}"
         return Move(after, title, tuple(e.kind for e in new), gone)
-
-    def _screened(self, model: FittedModel) -> tuple[Screen, FitData]:
-        """The screen of a model, and the data with its motions."""
-        known = self.memo.rounds.get(model.key)
-        data = with_shared_motions(model.data, model.refit.problem)
-        if known is not None and known.model.refit is model.refit:
-            return known.round.screen, data
-        candidates = applicable(data, model.effects, self.options.candidates)
-        problem, stopped = model.refit.problem, self.progress.stopped
-        return screen(data, problem, model.effects, candidates, lambda _: stopped()), data
 
     def _judge(self, model: FittedModel) -> Judge:
         """What refuses a model that takes the place of this one."""

@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.final_results import final_parameters
 from ..diagnose.next_experiment import data_for_recording, expected_recording
+from ..diagnose.stated_results import final_parameters
 from ..estimate.fit_result import with_robust_covariance
 from ..estimate.problem import FitData, Problem
 from ..experiments.information import Information, information

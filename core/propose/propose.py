@@ -11,10 +11,8 @@ from itertools import zip_longest
 
 import numpy as np
 
-from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.evidence import LEAST_SHARE, WHOLE_SHARE, RefittedCandidate, certain
-from ..diagnose.ladder_steps import Noise, estimates
+from ..diagnose.evidence import LEAST_SHARE, WHOLE_SHARE, RefittedCandidate, Round, certain
 from ..diagnose.memo import Memo
 from ..diagnose.next_experiment import next_experiments, possible_experiments
 from ..diagnose.remaining_error import remaining_error
@@ -22,6 +20,7 @@ from ..diagnose.removal_and_exchange import needed_effects
 from ..diagnose.search import Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
+from ..diagnose.stated_results import Noise, estimates
 from ..errors import InputError
 from ..estimate.fit_result import FitResult, with_robust_covariance
 from ..estimate.fitted_model import FittedModel

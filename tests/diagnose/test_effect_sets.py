@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose import acceptance, search_round
-from flexgui.core.diagnose.acceptance import Acceptance, Round
-from flexgui.core.diagnose.effect_sets import best_effect_set
-from flexgui.core.diagnose.evidence import RefittedCandidate, unseen_decide
-from flexgui.core.diagnose.linear_screen import Screen, _score_candidates, screen
+from flexgui.core.diagnose.acceptance import Acceptance, best_effect_set
+from flexgui.core.diagnose.evidence import RefittedCandidate, Round, unseen_decide
+from flexgui.core.diagnose.linear_screen import Screen, _score_candidates
 from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.diagnose.removal_and_exchange import best_exchange
 from flexgui.core.effects import effect
 from flexgui.core.effects.effect import Effect
 from flexgui.core.estimate.fit_result import FitResult
+from flexgui.core.estimate.fitted_model import FittedModel
 from flexgui.core.estimate.minimum import (
     anchor_at,
     converge,
@@ -262,8 +262,8 @@ def exchanged(present: list[str], candidates: list[str]) -> tuple[str, ...] | No
     effects = [effect(kind) for kind in present]
     start = problem_of(bare().data, effects, bare().base.problem.values())
     data, refit = converge(bare().data, start, None, NEVER)
-    seen = screen(data, refit.problem, effects, [effect(kind) for kind in candidates])
-    found = best_exchange(data, refit, effects, 0, seen, NEVER)
+    model = FittedModel(data, refit, tuple(effects))
+    found = best_exchange(model, 0, [effect(kind) for kind in candidates], None, NEVER)
     return None if found is None else tuple(e.kind for e in found[1])
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
 from flexgui.core.diagnose import output_changes
+from flexgui.core.diagnose.candidates import applicable
 from flexgui.core.diagnose.output_changes import (
     LARGEST_CHANGE,
     SMALLEST_SHARE,
@@ -19,7 +20,6 @@ from flexgui.core.diagnose.output_changes import (
     simulate_output_changes,
     trials,
 )
-from flexgui.core.diagnose.search_round import applicable
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical

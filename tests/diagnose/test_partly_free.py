@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
-from flexgui.core.diagnose.search_round import applicable
+from flexgui.core.diagnose.candidates import applicable
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects.sizes import typical
 from flexgui.core.estimate.problem import FitData

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.acceptance import Round
 from flexgui.core.diagnose.base_fit import BaseFit
+from flexgui.core.diagnose.candidates import applicable, not_applicable, ruled_out
 from flexgui.core.diagnose.diagnose import diagnose
-from flexgui.core.diagnose.evidence import TIE
+from flexgui.core.diagnose.evidence import TIE, Round
 from flexgui.core.diagnose.ladder import Ladder, ladder
 from flexgui.core.diagnose.linear_screen import screen
 from flexgui.core.diagnose.memo import Memo, ModelRound
@@ -23,7 +23,6 @@ from flexgui.core.diagnose.output_changes import trials
 from flexgui.core.diagnose.removal_and_exchange import needed_effects
 from flexgui.core.diagnose.search import Found, Move
 from flexgui.core.diagnose.search_options import Options
-from flexgui.core.diagnose.search_round import applicable, not_applicable, ruled_out
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.estimate.fit_result import fit, with_robust_covariance

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.final_results import final_parameters
+from flexgui.core.diagnose.stated_results import final_parameters
 from flexgui.core.errors import InputError
 from flexgui.core.estimate.fit_result import with_robust_covariance
 from flexgui.core.experiments.design import ExperimentRequest, design

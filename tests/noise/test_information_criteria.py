@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 
 from flexgui.core.diagnose.base_fit import BaseFit
-from flexgui.core.diagnose.ladder_steps import Noise
+from flexgui.core.diagnose.stated_results import Noise
 from flexgui.core.estimate.fit_result import with_whitened_cost
 from flexgui.core.information_criteria import added_up, fall_of_bic, information_criteria
 from flexgui.core.noise.whitening import error_products

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import flexgui as fg
-from flexgui.core.diagnose.ladder_steps import estimates
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.diagnose.stated_results import estimates
 from flexgui.core.estimate.fit_result import FitResult, robust_covariance
 from flexgui.core.progress import Silent
 from flexgui.core.propose import propose as proposing

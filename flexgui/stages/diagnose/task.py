@@ -189,7 +189,7 @@ class FindingsReporter:
 
     def check(self) -> None:
         """Errors of the same fit on validation recordings; as slow as the first ranking."""
-        from flexgui.core.diagnose.final_results import compare_with_recordings
+        from flexgui.core.diagnose.stated_results import compare_with_recordings
 
         if self._checked or self._progress.stopped():
             return
@@ -220,7 +220,7 @@ class FindingsReporter:
 
 
 def _as_given(begun: BaseFit) -> LadderStep:
-    from flexgui.core.diagnose.ladder_steps import ladder_step
+    from flexgui.core.diagnose.stated_results import ladder_step
 
     return ladder_step(begun.data, begun.validation_fit, begun.base, None, "As given", ())
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from flexgui.core.diagnose.final_results import final_parameters
+from flexgui.core.diagnose.stated_results import final_parameters
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import sizes_of
 from flexgui.core.estimate.fit_result import with_robust_covariance

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flexgui.core.diagnose.acceptance import Round
 from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.candidates import applicable
+from flexgui.core.diagnose.evidence import Round
 from flexgui.core.diagnose.output_changes import trials
-from flexgui.core.diagnose.search_round import applicable, search_round
+from flexgui.core.diagnose.search_round import search_round
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.effect import Effect
 from flexgui.core.estimate.problem import problem_of
