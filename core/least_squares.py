@@ -79,7 +79,8 @@ def bounds_and_prior(parameters: ParameterSet) -> BoundsAndPrior:
     )  # fmt: skip
 
 
-MOST_ITERATIONS = 15
+MOST_ITERATIONS = 60
+"""Of a descent; most end after ten."""
 GOOD_ENOUGH = 1e-4
 """Reduction of the cost per sample, in floors squared, below which an iteration is the last: with
 the 100,000 samples of a long campaign it is the evidence at which two models tie."""
@@ -87,8 +88,8 @@ WORST_DAMPING = 1e6
 SAME_START = 0.1
 """Of a typical size: nearer starts end in the same minimum, as those within some ten per cent of a
 resonance do."""
-DIVERGED = 1e12
-"""In floors: no simulation that holds together is that far off."""
+DIVERGED = 1e9
+"""In floors, or spreads of what was measured: no simulation that holds together is that far off."""
 
 
 def cost_of(blocks: Blocks) -> float:

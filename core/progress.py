@@ -56,7 +56,7 @@ class Silent(Progress):
         return False
 
 
-class Unseen(Silent):
+class Unseen(Progress):
     """Progress of a part of a larger computation: unseen, and stopped with it."""
 
     def __init__(self, whole: Progress) -> None:

@@ -186,12 +186,6 @@ class Acceptance:
 MOST_TOGETHER = 4
 """Effects of one set: linear predictions of more say little."""
 
-SHORTLIST = 12
-"""Candidates for sets: the best by evidence and by expected reduction."""
-
-EXCHANGES = 6
-"""Rounds of exchange; two or three end it."""
-
 
 def best_effect_set(
     screened: Screen, most: int, count: int, excluded: Collection[str] = ()
@@ -214,13 +208,7 @@ class _Search:
         self._unwhitened = screened.unwhitened.projected()
         self._sided = [c.one_sided for c in screened.output_changes]
         self._count, self._choices = count, len(screened.candidates)
-        allowed = [s for s in screened.candidates if s.effect.kind not in excluded]
-        by_score = sorted(allowed, key=lambda s: -s.score)
-        by_reduction = sorted(allowed, key=lambda s: -s.cost_reduction)
-        listed = {
-            s.effect.kind: s for pair in zip(by_score, by_reduction, strict=True) for s in pair
-        }
-        self._candidates = list(listed.values())[:SHORTLIST]
+        self._candidates = [s for s in screened.candidates if s.effect.kind not in excluded]
 
     def _value(self, chosen: Sequence[ScreenedCandidate]) -> float:
         """Fall of the extended BIC."""
@@ -253,15 +241,14 @@ class _Search:
 
     def exchanged(self, chosen: list[ScreenedCandidate]) -> list[ScreenedCandidate]:
         """The set after exchanges of members, as long as each explains more."""
-        for _ in range(EXCHANGES):
+        before: list[ScreenedCandidate] = []
+        while chosen != before:  # each exchange raises the value, so that they end
             before = chosen
             for place in range(len(chosen)):
                 others = [*chosen[:place], *chosen[place + 1 :]]
                 options = [chosen[place], *self._compatible(chosen)]
                 best = max(options, key=lambda s: self._value([*others, s]))  # noqa: B023
                 chosen = [*chosen[:place], best, *chosen[place + 1 :]]
-            if chosen == before:
-                break
         return chosen
 
     def ordered(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:

@@ -245,17 +245,14 @@ def force_shape_peaks(
     peaks = [
         i for i in range(len(fits)) if reductions[i + 1] >= max(reductions[i], reductions[i + 2])
     ]
-    highest = sorted(peaks, key=lambda i: -reductions[i + 1])[: CLOSER * most]
+    # A grid can miss a peak by more than peaks differ: more of them are refined than are returned.
+    highest = sorted(peaks, key=lambda i: -reductions[i + 1])[: most**2]
     peak_fits = sorted((_refine_peak(fits, i, at) for i in highest), key=lambda f: -f[1])
     return [_values(force, shape, sizes) for shape, _, sizes in peak_fits[:most]]
 
 
 Fit = tuple[float, float, np.ndarray]
 """A shape, the reduction of the squared error, and the sizes."""
-
-CLOSER = 4
-"""Factor on the peaks that are refined between grid shapes: a grid can miss a peak by more than
-peaks differ."""
 
 BETWEEN = 9
 """Shapes tried between the neighbours of a peak."""

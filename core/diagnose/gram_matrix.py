@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ..least_squares import SEEN
+
 NO_OUTPUT = 1e-20
 """In squared noise floors: a column that changes no output."""
-
-RANK = 1e-10
-"""Relative eigenvalue below which a nuisance direction is absent."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class GramMatrix:
         size = np.diag(C)[:P]
         d = np.where(size > NO_OUTPUT, np.sqrt(np.maximum(size, NO_OUTPUT)), np.inf)
         values, vectors = np.linalg.eigh(C[:P, :P] / np.outer(d, d))
-        kept = values > RANK * values.max()
+        kept = values > SEEN * values.max()
         half = (vectors[:, kept] / np.sqrt(values[kept])).T @ (C[:P, P:] / d[:, None])
         return np.asarray(C[P:, P:] - half.T @ half)
 

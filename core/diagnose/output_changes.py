@@ -17,6 +17,7 @@ from ..estimate.problem import FitData, Problem, problem_of
 from ..identify.defect_correction import with_steps
 from ..identify.predictor import simulate_together
 from ..identify.unknowns import Unknown
+from ..least_squares import DIVERGED
 
 SLOPE_SHARE = 0.1
 """Of a plausible size: small enough for a linear response, large enough to stand above rounding."""
@@ -229,10 +230,6 @@ def _rms(blocks: Sequence[np.ndarray]) -> float:
     """Rms of all recordings together; infinite if one diverged."""
     rms = math.sqrt(sum(float(np.sum(b**2)) for b in blocks) / sum(b.size for b in blocks))
     return rms if math.isfinite(rms) else math.inf
-
-
-DIVERGED = 1e7
-"""In noise floors: beyond this change of an output a simulation has diverged."""
 
 
 def nearer_to_neutral(

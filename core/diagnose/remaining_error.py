@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..estimate.problem import FitData, Problem
-from ..noise.noise_floor import Floor, spreads, squares_by_channel
+from ..noise.noise_floor import UNCERTAINTY, Floor, spreads, squares_by_channel
 from ..results import (
     ABOVE,
     ABOVE_IN_ONE,
@@ -18,8 +18,8 @@ from ..results import (
 )
 from ..vibration_lines import unexplained_line
 
-FARTHEST = 2.0
-"""Floors: an error on unseen recordings that is larger is no noise."""
+FARTHEST = UNCERTAINTY * ABOVE_IN_ONE
+"""Floors: an error on unseen recordings that is larger is no noise, however well this is known."""
 
 
 def remaining_error(

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm.catalogue import arm_parameters
-from ..diagnose.evidence import TIE
+from ..diagnose.evidence import LEAST_SHARE, TIE
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen, screen
@@ -139,10 +139,6 @@ def _simpler_replacements(effects: Sequence[Effect], place: int) -> list[tuple[E
 
 TRIED = 2
 """Replacements of one effect, or of all pairs, that are refitted: the best by predicted share."""
-
-LEAST_REPLACED_SHARE = 0.5
-"""Least predicted share of what an effect explains, for a replacement to be refitted. The refit
-changes the other effects too; predictions are right within a factor of two at most sizes."""
 
 
 class _Exchange(NamedTuple):
@@ -284,7 +280,7 @@ def _competitors(
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
             continue  # an effect and its part are compared by the fit of their sizes
         shaped = best_force_shape(s.effect, screened.output_changes, products)
-        if shaped.explained.cost_reduction > LEAST_REPLACED_SHARE * explained:
+        if shaped.explained.cost_reduction > LEAST_SHARE * explained:
             chosen = [screened.output_changes[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned)

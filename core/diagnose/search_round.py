@@ -28,7 +28,6 @@ from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.progress_messages import ACCEPTANCE, REFITS, SLOW_REFITS
 from ..effects.effect import Effect
 from ..estimate.fit_result import (
-    TRIAL_ITERATIONS,
     FitResult,
     SlopesByLabel,
     best_start,
@@ -39,7 +38,7 @@ from ..estimate.fit_result import (
 from ..estimate.fitted_model import FittedModel
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData, Problem, with_shared_motions, within_noise
-from ..estimate.starts import ROUGH_ITERATIONS, share_of_first_swings, vibrates
+from ..estimate.starts import ROUGH_ITERATIONS, TRIAL_ITERATIONS, share_of_first_swings, vibrates
 from ..estimate.validation import UnseenChange, ValidationFit
 from ..least_squares import cost_of, predicted_reduction
 from ..noise.whitening import Whitener

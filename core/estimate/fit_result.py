@@ -9,11 +9,12 @@ import numpy as np
 
 from ..effects.effect import Effect
 from ..estimate.problem import FitData, Problem, problem_of, with_values
-from ..estimate.starts import ROUGH_ITERATIONS, starts
+from ..estimate.starts import ROUGH_ITERATIONS, TRIAL_ITERATIONS, starts
 from ..identify.uncertainty import LEAST_EIGENVALUE, covariance
 from ..least_squares import (
     FIRST_DAMPING,
     GOOD_ENOUGH,
+    MOST_ITERATIONS,
     Descended,
     cost_of,
     levenberg_marquardt,
@@ -53,9 +54,9 @@ SlopesByLabel = Mapping[str, tuple[np.ndarray, ...]]
 
 
 def fit(
-    start: Problem, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
-    reused: SlopesByLabel | None = None, damping: float = FIRST_DAMPING,
-    exact_directions: bool = False,
+    start: Problem, whitener: Whitener | None, stopped: Callable[[], bool],
+    most: int = MOST_ITERATIONS, reused: SlopesByLabel | None = None,
+    damping: float = FIRST_DAMPING, exact_directions: bool = False,
 ) -> FitResult:  # fmt: skip
     """Descend from the model; then one linear step to the whitened minimum.
 
@@ -169,11 +170,6 @@ def slopes_by_label(base: Problem, slopes: Sequence[np.ndarray]) -> SlopesByLabe
     return {
         label: tuple(S[:, :, j] for S in slopes) for j, label in enumerate(base.unknowns.labels)
     }
-
-
-TRIAL_ITERATIONS = 2
-"""Iterations of each start or candidate before the others stop. The first goes where the linear
-prediction leads; the second tests that prediction."""
 
 
 def with_robust_covariance(refit: FitResult) -> FitResult:

@@ -29,7 +29,7 @@ from ..identify.defect_correction import (
 )
 from ..identify.prescribed_joint_forces import steps_between_points
 from ..identify.refinement import starts_over_horizon
-from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
+from ..least_squares import cost_of, pseudo_inverse
 from ..noise.noise_floor import channel_rms
 from ..noise.output_noise import simulate_noise
 from ..noise.whitening import Whitener
@@ -125,7 +125,7 @@ def _descend(
     data, before = anchor_at(data, problem)
     for _ in range(MOST_DESCENTS):
         start = with_values(data, problem, refine=1)
-        refit = fit(start, whitener, stopped, MOST_ITERATIONS, exact_directions=True)
+        refit = fit(start, whitener, stopped, exact_directions=True)
         data, errors = anchor_at(data, refit.problem)
         problem = refit.problem
         gained = cost_of(before) - cost_of(errors)

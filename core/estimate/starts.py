@@ -42,7 +42,8 @@ SIZES_AROUND = GRID_RATIO ** np.arange(-8, 8)
 """Factors on one of several sizes: as far as the next of the screen's grid."""
 
 TRIAL_ITERATIONS = 3
-"""Iterations from each start before the best continue."""
+"""Iterations of each start or candidate before the others stop. The first goes where the linear
+prediction leads; the others test that prediction."""
 
 KEPT_STARTS = 3
 """Starts that continue."""

@@ -12,7 +12,7 @@ import scipy
 from ..identify.defect_correction import with_steps
 from ..identify.estimates import first_estimate_text
 from ..identify.population_cost import PopulationCost
-from ..identify.refinement import RefinedFit, refine
+from ..identify.refinement import TOLERANCE, RefinedFit, refine
 from ..identify.residuals import Residuals
 from ..identify.unknown_gains import with_best_gains
 from ..least_squares import bounds_and_prior
@@ -25,7 +25,7 @@ DIFFERENTIAL_WEIGHT = 0.8
 CROSSOVER = 0.9
 """CR of design section 2."""
 
-FAILED_COST = 1e300
+FAILED_COST = float(np.sqrt(np.finfo(float).max))
 """Cost of a vector whose simulation overflowed; finite, so that it can be ranked."""
 
 OnGeneration = Callable[[Generation], bool]
@@ -191,7 +191,7 @@ def refine_from_starts(
         return progress.stopped()
 
     expensive = residuals.predictor.simulation_is_expensive
-    tolerance = ROUGH_TOLERANCE if expensive else None
+    tolerance = ROUGH_TOLERANCE if expensive else TOLERANCE
     names = "the search's best and the nominal values" if searched else (
         f"the nominal values and the best of {STARTS} points around them"
     )  # fmt: skip

@@ -31,13 +31,8 @@ from ..least_squares import (
 from ..progress import StoppedError
 from ..recording.decimation import first_part
 
-MOST_ITERATIONS = 60
-"""Most iterations of a descent; most end after ten."""
 TOLERANCE = 1e-14
 """Relative; the cost of noise-free data decreases by twenty orders of magnitude."""
-
-EXPENSIVE_TOLERANCE = 1e-8
-"""Where simulations are expensive: far below any standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +60,10 @@ OnStep = Callable[[float], bool]
 
 
 def refine(
-    residuals: Residuals, start: np.ndarray, on_step: OnStep, tolerance: float | None = None
+    residuals: Residuals, start: np.ndarray, on_step: OnStep, tolerance: float = TOLERANCE
 ) -> RefinedFit:
     """The least-squares minimum from `start` (P,) within the bounds; `tolerance`: a share of the
-    cost; None: as strict as is useful."""
-    if tolerance is None:
-        tolerance = (
-            EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_expensive else TOLERANCE
-        )
+    cost, by default as strict as is useful."""
     limits = bounds_and_prior(residuals.unknowns.parameters)
     vector = np.asarray(start, dtype=float)
     watched = _WatchedResiduals(residuals, on_step, vector)
@@ -80,7 +71,7 @@ def refine(
         try:
             descended = levenberg_marquardt(
                 watched.errors, watched.slopes, vector, scaled_limits(residuals, vector, limits),
-                watched.stopped, MOST_ITERATIONS, 0.0, share=tolerance,
+                watched.stopped, good_enough=0.0, share=tolerance,
             )  # fmt: skip
         except StoppedError:
             return RefinedFit(watched.vector, watched.cost, np.nan, False, watched.cost == np.inf)

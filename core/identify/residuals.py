@@ -15,6 +15,7 @@ from ..identify.population_cost import PopulationCost
 from ..identify.predictor import Predictor, Request
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknowns, is_neutral
+from ..lanes.wide import LANES
 from ..least_squares import zero_slopes
 from ..progress import Compared, use_progress
 from ..results import ChannelComparison, RecordingComparison
@@ -27,7 +28,7 @@ ONE_SIDED_STEP = 1e-6
 ones elsewhere."""
 
 
-BATCH = 16
+BATCH = 2 * LANES
 """Vectors simulated at once: they fill lanes and cores and fit into memory."""
 
 

@@ -89,12 +89,8 @@ def _covariances_where_sampled(
     if np.all(counts):
         return gamma, np.broadcast_to(complete, gamma.shape)
     pairs = M * cross_covariances(counts.astype(float), lags)
-    shown = pairs > FEWEST_PAIRS
+    shown = np.rint(pairs) > 0.0  # transforms count to the last digits only
     return np.where(shown, gamma * complete / np.where(shown, pairs, 1.0), 0.0), pairs * shown
-
-
-FEWEST_PAIRS = 0.5
-"""Least number of pairs of a lag; transforms count to the last digits only."""
 
 
 def score_covariance(S: np.ndarray, errors: Autocovariance) -> np.ndarray:
@@ -122,7 +118,7 @@ def not_finite(what: str) -> InputError:
     )
 
 
-ROUNDING = 1e-9
+ROUNDING = float(np.sqrt(np.finfo(float).eps))
 """Of the eigenvalues of scaled covariances."""
 
 
@@ -142,18 +138,10 @@ def _tapered(S: np.ndarray, gamma: np.ndarray, taper: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (total + total.T))
 
 
-FEW_LAGS = 50
-"""Lags up to which products cost less than transforms."""
-
-
 def cross_covariances(r: np.ndarray, lags: int) -> np.ndarray:
-    """(lags + 1, k, k) of r (M, k): mean of r_a(t) r_b(t + lag); by Fourier transforms if many."""
+    """(lags + 1, k, k) of r (M, k): mean of r_a(t) r_b(t + lag), by Fourier transforms."""
     M, k = r.shape
     covariances = np.empty((lags + 1, k, k))
-    if lags <= FEW_LAGS:
-        for lag in range(lags + 1):
-            covariances[lag] = r[: M - lag].T @ r[lag:] / M
-        return covariances
     size = scipy.fft.next_fast_len(M + lags, real=True)
     waves = scipy.fft.rfft(r, size, axis=0)
     for a in range(k):

@@ -107,7 +107,7 @@ ROUNDING = 1e-12
 DIFFERENCES = 3
 """Order of the differences that keep noise and remove smooth signals."""
 
-NORMAL_MAD = 0.6744897501960817
+NORMAL_MAD = float(scipy.stats.norm.ppf(0.75))
 """Median of |x| for a standard normal x."""
 
 
@@ -169,7 +169,7 @@ MOST_POWER_RATIO = 1.6
 """Largest ratio to the predicted power; above it, the lower frequencies hold model error. Little
 more than three standard deviations of a hundred ordinates."""
 
-STEP_DOWN = 2.0**-0.5
+STEP_DOWN = float(np.sqrt(0.5))
 """Factor on the lowest angle: each step goes half an octave down."""
 
 FEWEST_ORDINATES = 8

@@ -28,9 +28,9 @@ HIGHEST_ORDER = 6
 LONGEST_LAG = 1000
 """Lag in samples beyond which noise counts as independent."""
 
-SMALLEST_VARIANCE = 1e-300
+SMALLEST_VARIANCE = float(np.finfo(float).tiny)
 """Of a variance, against division by zero."""
-ROUNDING = 1e-14
+ROUNDING = 64 * float(np.finfo(float).eps)
 """Of a variance: less is rounding."""
 
 

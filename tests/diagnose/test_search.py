@@ -11,11 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgui.core.diagnose import search
+from flexgui.core.diagnose.evidence import Round
+from flexgui.core.diagnose.linear_screen import screen
 from flexgui.core.diagnose.memo import Memo
 from flexgui.core.diagnose.noise_update import LEAST_RATIO
 from flexgui.core.diagnose.search import MOVES_PER_EFFECT, Move, Search
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.effects import effect
+from flexgui.core.estimate.fitted_model import FittedModel
 from flexgui.core.progress import Silent
+from tests.diagnose.test_stated_effects import bare
 
 SAMPLES = 1000
 QUESTIONS = 7
@@ -99,3 +104,17 @@ def test_an_estimate_of_the_noise_that_no_effect_confirms_is_taken_back() -> Non
         walk = Confirming(Options(max_effects=1), Silent(), None, Memo(None, (), (0,)))
         found = walk.run(model((), 1.0, 100.0 * SAMPLES))
     assert found.model.data.floors == {"z1": 1.0} and len(walk.memo.visits) == 2
+
+
+def test_of_all_models_that_were_screened_the_last_one_alone_keeps_its_columns() -> None:
+    """On long recordings the columns of one screen take .4 GB."""
+    data, base = bare().data, bare().base
+    seen = screen(data, base.problem, [], [effect("viscous_friction")])
+    memo = Memo(None, (), data.bare.arm.modes)
+    for added in ((), (effect("torque_offset"),)):
+        visited = FittedModel(data, base, added)
+        memo.keep(visited, Round(seen, (), None, base, base, data))
+    first, last = (known.round.screen for known in memo.rounds.values())
+    assert last.output_changes and last.slopes
+    assert not first.output_changes and not first.slopes
+    assert first.candidates == seen.candidates  # what is stated of them stays

@@ -10,9 +10,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from flexgui.core.identify.fit import identify
+from flexgui.core.identify.fit_starts import ROUGH_TOLERANCE
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
-from flexgui.core.identify.refinement import EXPENSIVE_TOLERANCE, HORIZON_TOLERANCE
+from flexgui.core.identify.refinement import HORIZON_TOLERANCE
 from flexgui.core.identify.unknowns import Unknowns, collect_unknowns
 from flexgui.core.least_squares import Blocks, bounds_and_prior, levenberg_marquardt
 from flexgui.core.model import Model
@@ -56,7 +57,7 @@ class Fitting:
         """EI (2,) at the end of the same descent with the same stop, on sensitivities that each
         simulation brings along."""
         x = self.unknowns.parameters.vector() if start is None else start
-        shares = {FIRST: HORIZON_TOLERANCE, 1.0: EXPENSIVE_TOLERANCE}
+        shares = {FIRST: HORIZON_TOLERANCE, 1.0: ROUGH_TOLERANCE}
         for share, tolerance in shares.items():
             errors, slopes = self._sensed(compiled, steps, share)
             x = levenberg_marquardt(
