@@ -46,7 +46,7 @@ class Acceptance:
     data: FitData
     before: FitResult
     present: Sequence[Effect]
-    seen: Screen
+    screened: Screen
     candidate_count: int
     stopped: Callable[[], bool]
     judge: Judge
@@ -64,7 +64,7 @@ class Acceptance:
         """The round that adds the best set of effects that was not refuted, or None."""
         refuted_kinds: set[str] = set()
         while most > 1 and not self.stopped():
-            members = best_effect_set(self.seen, most, self.data.count, refuted_kinds)
+            members = best_effect_set(self.screened, most, self.data.count, refuted_kinds)
             kinds = frozenset(s.effect.kind for s in members)
             if len(kinds) < 2:
                 return None
@@ -79,7 +79,7 @@ class Acceptance:
 
     def _accept_single(self, refitted: Sequence[RefittedCandidate], most: int) -> Round:
         """The round that adds the best effect that the judge accepts."""
-        still = Round(self.seen, tuple(refitted), None, self.before, self.before, self.data)
+        still = Round(self.screened, tuple(refitted), None, self.before, self.before, self.data)
         refusals = list[Refusal]()
         for best in [w for w in refitted if certain(w)][:MOST_TRIED]:
             if self.stopped():
@@ -89,8 +89,8 @@ class Acceptance:
             if objection is None:
                 others = [w for w in refitted if w.screened is not assessed.screened]
                 return Round(
-                    self.seen, (assessed, *others), assessed, self.before, after, data, (assessed,),
-                    refusals,
+                    self.screened, (assessed, *others), assessed, self.before, after, data,
+                    (assessed,), refusals,
                 )  # fmt: skip
             refusals.append(Refusal(assessed, objection))
             if objection.reason is Reason.AT_BOUND and self._explains(after):
@@ -106,18 +106,19 @@ class Acceptance:
 
     def _objection(self, w: RefittedCandidate, data: FitData, after: FitResult) -> Objection | None:
         """Why a converged effect is rejected; None if it is accepted. One that explains a small
-        share stands only where unseen recordings confirm it: it may imitate what is not listed."""
+        share may imitate what is not listed: it stands only where unseen recordings confirm it, and
+        it explains more than the noise itself."""
         objection = self.judge.objection(data, after, [w.screened.effect], larger=True)
         if objection is not None or w.reduction >= LEAST_SHARE:
             return objection
         unseen = self.judge.unseen(data, after)
         confirmed = unseen is not None and unseen.surely_better
-        return None if confirmed else small_share(w)
+        return None if confirmed and w.explained > 1.0 else small_share(w)
 
     def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, FitData, FitResult]:
         """The candidate, converged, with its best shape and the share of the error that a ladder
         step shows. Its evidence stays that of the round, in which all were refitted alike."""
-        data, after = converge(self.data, best.refit.problem, self.seen.whitener, self.stopped)
+        data, after = converge(self.data, best.refit.problem, self.screened.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [best.screened.effect, *self.present])
         count = self.data.count
         step = assess_refit(best.screened, self.before, after, count, self.candidate_count)
@@ -135,7 +136,7 @@ class Acceptance:
                 break
             reshaped = refine_force_shape(data, after, effect, self.stopped)
             if reshaped is not after:
-                data, after = converge(data, reshaped.problem, self.seen.whitener, self.stopped)
+                data, after = converge(data, reshaped.problem, self.screened.whitener, self.stopped)
         return data, after
 
     def _refit(
@@ -144,8 +145,8 @@ class Acceptance:
     ) -> FitResult:  # fmt: skip
         effects = [*self.present, *[s.effect for s in members]]
         return refit_with(
-            self.data, self.before.problem, effects, values, self.seen.whitener,
-            self.seen.slopes, scanned, self.stopped,
+            self.data, self.before.problem, effects, values, self.screened.whitener,
+            self.screened.slopes, scanned, self.stopped,
         )  # fmt: skip
 
     def try_jointly(
@@ -163,7 +164,7 @@ class Acceptance:
             return None, set()
         if not self._explains(joint):
             return None, {kind for kind, _ in at_bounds(joint, self.data, self.before)}
-        data, after = converge(self.data, joint.problem, self.seen.whitener, self.stopped)
+        data, after = converge(self.data, joint.problem, self.screened.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [s.effect for s in members])
         refuted = {kind for kind, _ in at_bounds(after, data, self.before)}
         left = {e.kind for e in after.problem.model.effects}
@@ -180,7 +181,7 @@ class Acceptance:
             for s in kept
         )
         order = (*added, *[w for w in refitted if w not in added])
-        return Round(self.seen, order, added[0], self.before, after, data, added), set()
+        return Round(self.screened, order, added[0], self.before, after, data, added), set()
 
 
 MOST_TOGETHER = 4

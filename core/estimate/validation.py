@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..estimate.fit_result import FitResult
+from ..estimate.fit_result import FitResult, fit
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData, Problem, parameter_names, problem_of
 from ..identify.unknowns import Unknown
-from ..least_squares import levenberg_marquardt
 
 VALIDATION_ITERATIONS = 4
 """Offsets and starts of a recording enter almost linearly."""
@@ -58,10 +57,8 @@ def fit_validation(validation: FitData | None, refit: FitResult) -> ValidationFi
     fixed_data = replace(validation, nuisance=own, fixed=fixed, substeps=validation.result_substeps)
     values = problem.all_values()
     start = problem_of(fixed_data, problem.model.effects, values, freed=refitted)
-    descended = levenberg_marquardt(
-        start.errors, start.slopes, start.vector, start.limits, most=VALIDATION_ITERATIONS
-    )
-    return ValidationFit(fixed_data, start.at(descended.vector), descended.blocks)
+    fitted = fit(start, None, lambda: False, VALIDATION_ITERATIONS)
+    return ValidationFit(fixed_data, fitted.problem, fitted.errors)
 
 
 @dataclass(frozen=True)
