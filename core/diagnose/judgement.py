@@ -73,7 +73,7 @@ class Judge:
 
     def _worse_unseen(self, data: FitData, after: FitResult) -> Objection | None:
         unseen = self.unseen(data, after)
-        if unseen is None or not unseen.surely_worse:
+        if unseen is None or not unseen.refutes:
             return None
         return Objection(Reason.UNSEEN, unseen=unseen.rms)
 

@@ -87,6 +87,12 @@ class UnseenChange:
         return not self.change <= max(RELEVANT, SURE * self.deviation)
 
     @property
+    def refutes(self) -> bool:
+        """Whether it speaks against the second: surely worse, or no better although its errors are
+        others by more than is relevant."""
+        return self.surely_worse or (self.change > 0.0 and self.deviation > RELEVANT)
+
+    @property
     def surely_better(self) -> bool:
         """Whether it leaves less."""
         return self.change < -max(RELEVANT, SURE * self.deviation)

@@ -143,11 +143,27 @@ def test_unseen_recordings_refuse_what_exceeds_the_deviation_of_their_own_error(
     def change(a: Left, b: Left) -> UnseenChange:
         return UnseenChange.between(cast(Any, a), cast(Any, b))
 
-    assert change(left(0.0, seed), left(1.0, seed)).surely_worse
-    assert change(left(1.0, seed), left(0.0, seed)).surely_better
+    worse = change(left(0.0, seed), left(1.0, seed))
+    better = change(left(1.0, seed), left(0.0, seed))
+    assert worse.surely_worse and worse.refutes
+    assert better.surely_better and not better.refutes
     # Other draws of an error of the same size, ten times the noise.
     same = change(left(0.0, seed, 10.0), left(0.0, seed + 10, 10.0))
     assert not same.surely_worse and not same.surely_better
+
+
+@pytest.mark.parametrize(
+    ("change", "deviation", "refuted"),
+    [
+        pytest.param(0.03, 0.13, True, id="other errors, and no smaller ones"),
+        pytest.param(0.001, 0.001, False, id="the same errors: the effect does not act there"),
+        pytest.param(-0.05, 0.13, False, id="smaller ones, as far as can be told"),
+    ],
+)
+def test_unseen_recordings_refute_what_changes_their_errors_for_nothing(
+    change: float, deviation: float, refuted: bool
+) -> None:
+    assert UnseenChange(1.0, change, deviation).refutes == refuted
 
 
 class Scripted(Acceptance):
