@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+from weakref import ref
 
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes
@@ -49,7 +50,11 @@ class Memo:
     """Models with other bending shapes."""
     titles: Counter[str] = field(default_factory=Counter)
     """How many rounds had a title: no two stages in turn have the same."""
-    validated: dict[tuple[int, int], tuple[FitResult, ValidationFit]] = field(default_factory=dict)
+    validated: dict[tuple[int, int], tuple[ref[FitResult], ValidationFit]] = field(
+        default_factory=dict
+    )
+    """Identity of a fit result, steps -> the result, which is not kept for this, and the model on
+    the validation recordings."""
 
     def keep(self, model: FittedModel, found: Round) -> None:
         """Keep what was tried on a model, of the others without their columns: on long recordings
@@ -81,14 +86,15 @@ class Memo:
         data, refit = model.data, model.refit
         validation = self.validation.for_bare(data.bare)
         key = id(refit), data.result_substeps
-        if key not in self.validated:
-            weights = validation.weights_at(data.floors)
-            later = replace(validation, floors=data.floors, weights=weights, result_substeps=key[1])
-            fitted = fit_validation(later, refit)
-            assert fitted is not None
-            # The refit is kept too, so that no other one gets its id.
-            self.validated[key] = refit, fitted
-        return self.validated[key][1]
+        known = self.validated.get(key)
+        if known is not None and known[0]() is refit:
+            return known[1]
+        weights = validation.weights_at(data.floors)
+        later = replace(validation, floors=data.floors, weights=weights, result_substeps=key[1])
+        fitted = fit_validation(later, refit)
+        assert fitted is not None
+        self.validated[key] = ref(refit), fitted
+        return fitted
 
     def base_fit(self, model: FittedModel) -> BaseFit:
         """The model as the start of another search."""
