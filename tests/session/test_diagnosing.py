@@ -253,11 +253,15 @@ def test_a_stop_and_a_failure_leave_the_last_result(looked: Session) -> None:
     looked.run.stop()
     over(looked)
     assert looked.diagnosis.versions == complete and looked.document.scenario == given
+    assert "Stopped" in looked.message.text
+    assert looked.diagnosis.search()
+    over(looked)
+    assert not looked.message.text, "of the stop before a search that was complete"
     looked.document.change(set_value(("identify", "parameters"), ["nobody"]))
     assert looked.diagnosis.search()
     over(looked)
     assert looked.run.state.phase == FAILED and looked.message.bad
-    assert looked.diagnosis.versions == complete
+    assert [v.scenario for v in looked.diagnosis.versions] == [v.scenario for v in complete]
 
 
 def test_parameters_are_read_with_their_units() -> None:

@@ -287,8 +287,8 @@ class Diagnosis(VersionHistory):
         self._session.notify(Topic.DIAGNOSIS)
         if self._then is None and isinstance(event, Stopped):
             self._session.show_message(stopped_sentence(kept, bool(self.versions)))
-        elif self._then is None and isinstance(event, Finished) and version.title:
-            self._session.show_message(last_step_sentence(self.versions))
+        elif self._then is None and isinstance(event, Finished):
+            self._session.show_message(last_step_sentence(self.versions) if version.title else "")
         return self._then
 
     def _worth_keeping(self, version: ModelVersion, event: Ended) -> bool:
