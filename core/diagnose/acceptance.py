@@ -31,7 +31,7 @@ from ..diagnose.judgement import Judge, at_bounds, indistinct
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..effects.effect import Effect
 from ..estimate.fit_result import FitResult, refit_with
-from ..estimate.minimum import converge
+from ..estimate.minimum import RELEVANT, converge
 from ..estimate.problem import FitData, within_noise
 from ..results import Objection, Reason
 
@@ -169,7 +169,9 @@ class Acceptance:
         refuted = {kind for kind, _ in at_bounds(after, data, self.before)}
         left = {e.kind for e in after.problem.model.effects}
         kept = [s for s in members if s.effect.kind in left]
-        if len(kept) < 2 or indistinct(after, [s.effect for s in kept]):
+        explained = (self.before.cost - after.cost) / self.data.count
+        small = explained < len(kept) * RELEVANT  # each must explain a relevant amount
+        if len(kept) < 2 or small or indistinct(after, [s.effect for s in kept]):
             return None, refuted & kinds
         if self.judge.objection(data, after, [s.effect for s in kept], larger=True):
             return None, refuted & kinds or kinds

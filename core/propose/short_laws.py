@@ -66,8 +66,8 @@ class ShortLaw:
 
     @property
     def penalised_error(self) -> float:
-        """Logarithm of the share left plus the price, as of a refit (core.diagnose.evidence), down
-        to what a linear answer can tell; with the function that stands beside it."""
+        """Logarithm of the share left plus the price, down to what a linear answer can tell; with
+        the function that stands beside it."""
         beside = self.function.beside
         left = (1.0 - self.share) * (1.0 if beside is None else beside.left)
         return logarithm(left) + self.price

@@ -65,6 +65,7 @@ def test_a_channel_without_a_number_decides_the_level(monkeypatch: Any) -> None:
     assert found.level == "nonlinear" and found.channel == "z1"
 
 
+SAMPLES = 1000
 LARGE, SMALLER = 5000.0, 4000.0
 """Of evidence: far more than a tie apart."""
 
@@ -93,6 +94,14 @@ def weighed(kind: str, gain: float, explained: float = 30.0) -> RefittedCandidat
             weighed("torque_ripple", SMALLER), weighed("tip_payload", LARGE, explained=0.01),
             id="what is relevant before what is only significant",
         ),
+        pytest.param(
+            weighed("coulomb_friction", SMALLER), weighed("stribeck_friction", LARGE, 30.03),
+            id="a part that explains as much before the whole",
+        ),
+        pytest.param(
+            weighed("stribeck_friction", LARGE, 33.0), weighed("coulomb_friction", SMALLER),
+            id="the whole where its part leaves relevantly more",
+        ),
     ],
 )  # fmt: skip
 def test_what_comes_first(first: RefittedCandidate, second: RefittedCandidate) -> None:
@@ -104,9 +113,6 @@ def test_more_parameters_and_more_choices_cost_more(p: int, count: int, choices:
     asked = price(p, count, choices)
     assert price(p + 1, count, choices) == pytest.approx(asked + np.log(count))
     assert price(p, count, np.e * choices) == pytest.approx(asked + 2.0)
-
-
-SAMPLES = 1000
 
 
 def runner(left: float, bound: float) -> Any:
