@@ -85,7 +85,8 @@ def sizes_of_effect(problem: Problem, effect: Effect) -> tuple[EffectParameter, 
 
 def indistinct(after: FitResult, effects: Sequence[Effect]) -> Objection | None:
     """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
-    size at its bound has no standard deviation and counts as distinct."""
+    size at its bound, or along which no slope is seen, as of a play, has no standard deviation and
+    counts as distinct."""
     covariance, problem = robust_covariance(after), after.problem
     labels = list(problem.unknowns.labels)
     for effect in effects:
@@ -94,7 +95,7 @@ def indistinct(after: FitResult, effects: Sequence[Effect]) -> Objection | None:
         }
         which = [labels.index(name) for name in neutral if name in labels]
         C = covariance[np.ix_(which, which)]
-        if not which or not np.isfinite(C).all():
+        if not which or not np.isfinite(C).all() or np.any(np.diag(C) <= 0.0):
             continue
         distance = problem.vector[which] - np.array([neutral[labels[j]] for j in which])
         wald = float(distance @ np.linalg.pinv(C, hermitian=True) @ distance)
