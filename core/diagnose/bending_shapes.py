@@ -18,10 +18,11 @@ from ..diagnose.linear_screen import remainders_of
 from ..estimate.fit_result import COMPARED_SUBSTEPS, fit, with_whitened_cost
 from ..estimate.fitted_model import FittedModel
 from ..estimate.minimum import RELEVANT, converge, with_enough_substeps
-from ..estimate.problem import FitData, problem_of, within_noise
+from ..estimate.problem import FitData, problem_of
 from ..estimate.starts import ROUGH_ITERATIONS, nominal_values
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
+from ..results import ABOVE
 
 StopCheck = Callable[[], bool]
 
@@ -86,9 +87,10 @@ def _promises_more(model: FittedModel, data: FitData) -> bool:
 
 def _needed(model: FittedModel, likelier: float) -> bool:
     """Whether shapes that reduce the whitened squared error by `likelier` are needed: more than a
-    tie, and by a relevant amount where the error is above the noise."""
-    exact = within_noise(model.data, model.refit.errors)
-    return likelier > (TIE if exact else max(TIE, RELEVANT * model.data.count))
+    tie, and by a relevant amount where the error is well above the noise."""
+    count = model.data.count
+    above = model.refit.cost > ABOVE**2 * count
+    return likelier > (max(TIE, RELEVANT * count) if above else TIE)
 
 
 def _with_shapes(data: FitData, model: FittedModel, stopped: StopCheck) -> FittedModel | None:
