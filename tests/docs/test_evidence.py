@@ -72,3 +72,14 @@ def test_long_tables_alone_are_folded(journal: Path) -> None:
     assert "<details" not in first
     assert f"<summary>{ROWS + 1} rows</summary>" in second
     assert table(ROWS + 1) in second
+
+
+def test_a_part_that_was_made_by_itself_leaves_the_others_as_they_are(journal: Path) -> None:
+    journal.write_text(record("short", 1.0, "x 1") + record("long", 3.0, "x 1"))
+    whole = frame.page(None, journal)
+    journal.write_text(record("short", 1.5, "x 2"))
+    page = frame.page(None, journal, whole)
+    assert "| A short part | 1.5 | 2, a peer | FlexGUI | [short](#a-short-part) |" in page
+    assert "| A long part | 3.0 | 2, a peer | **peer** | [long](#a-long-part) |" in page
+    assert "1 hours of processor time on one machine, with x 1" in page  # all but this part
+    assert "*2026-01-01; x 2.*" in page

@@ -26,7 +26,7 @@ import os
 import platform
 import re
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -173,18 +173,20 @@ def run(
 
 def page(folder: Path | None, journal: Path = JOURNAL, before: str = "") -> str:
     """docs/evidence.md of all that the journal holds. A part of which it holds nothing stays as it
-    is in the page `before`."""
+    is in the page `before`, with its rows in the table of all."""
     records = Journal(journal).records
     kept = {text.splitlines()[0]: f"## {text}" for text in f"\n{before}".split("\n## ")[1:]}
     done = {name: _records(name, part, records) for name, part in parts().items()}
+    stays = {n for n, part in parts().items() if part.TITLE in kept and part.CASES and not done[n]}
     made = [r for each in done.values() for r in each.values() if "found" in r]
-    shared = made[0]["with"] if len({r["with"] for r in made}) == 1 else ""
+    # What all were made with is stated in the page before where parts of that stay.
+    shared = made[0]["with"] if not stays and len({r["with"] for r in made}) == 1 else ""
     sections = [
-        kept[part.TITLE] if part.TITLE in kept and part.CASES and not done[name]
-        else _section(name, part, folder, done[name], shared)
+        kept[part.TITLE] if name in stays else _section(name, part, folder, done[name], shared)
         for name, part in parts().items()
-    ]  # fmt: skip
-    head = [HEAD, *_made(made, shared), *_summary(done)]
+    ]
+    old = [line for line in before.splitlines() if line.startswith("`make evidence`:")]
+    head = [HEAD, *(old if stays else _made(made, shared)), *_summary(done, stays, before)]
     return "\n\n".join(text.strip() for text in (*head, *sections)) + "\n"
 
 
@@ -202,13 +204,18 @@ def _made(made: Sequence[Mapping[str, Any]], shared: str) -> list[str]:
     ]
 
 
-def _summary(done: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    rows = [
-        [*row, f"[{name}](#{heading(part.TITLE)})"]
-        for name, part in parts().items()
-        if hasattr(part, "summary")
-        for row in part.summary(_good(done[name]))
-    ]
+def _summary(
+    done: Mapping[str, Mapping[str, Any]], stays: Collection[str], before: str
+) -> list[str]:
+    """The table of all; of parts that stay their rows in the page `before`."""
+    rows: list[list[str]] = []
+    for name, part in parts().items():
+        link = f"[{name}](#{heading(part.TITLE)})"
+        if name in stays:
+            lines = (line for line in before.splitlines() if line.endswith(f"| {link} |"))
+            rows += [line.strip("| ").split(" | ") for line in lines]
+        elif hasattr(part, "summary"):
+            rows += [[*row, link] for row in part.summary(_good(done[name]))]
     return [table(ASKED, rows)] if rows else []
 
 
