@@ -85,8 +85,7 @@ def sizes_of_effect(problem: Problem, effect: Effect) -> tuple[EffectParameter, 
 
 def indistinct(after: FitResult, effects: Sequence[Effect]) -> Objection | None:
     """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
-    size at its bound, or along which no slope is seen, as of a play, has no standard deviation and
-    counts as distinct."""
+    size at its bound has no standard deviation and counts as distinct."""
     covariance, problem = robust_covariance(after), after.problem
     labels = list(problem.unknowns.labels)
     for effect in effects:
@@ -95,7 +94,7 @@ def indistinct(after: FitResult, effects: Sequence[Effect]) -> Objection | None:
         }
         which = [labels.index(name) for name in neutral if name in labels]
         C = covariance[np.ix_(which, which)]
-        if not which or not np.isfinite(C).all() or np.any(np.diag(C) <= 0.0):
+        if not which or not np.isfinite(C).all():
             continue
         distance = problem.vector[which] - np.array([neutral[labels[j]] for j in which])
         wald = float(distance @ np.linalg.pinv(C, hermitian=True) @ distance)

@@ -162,8 +162,7 @@ def _refit_candidates(
         effects, base = [*present, s.effect], before.problem
         rest = screened.slopes, s.scanned, stopped
         partial = begin_refit(data, base, effects, s.values, *rest)
-        # It contains the model before: from a start that is far off it can leave more.
-        if not partial.refit.cost <= before.cost:
+        if not np.isfinite(partial.refit.cost):
             values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
             partial = begin_refit(data, base, effects, values, *rest)
         return partial
