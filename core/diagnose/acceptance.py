@@ -1,5 +1,5 @@
-"""Which effects a round adds to the model: a set of effects that leaves no more than noise, or the
-best single effect that the judge accepts.
+"""Which effects a round adds to the model: a set that explains nearly all that is above the noise,
+or the best single effect that the judge accepts.
 
 The whitened Gram matrix shows what any set explains, so sets need no simulation. Forward selection
 with exchange: an imitation that came first is replaced by the true pair. The chosen set is then

@@ -17,6 +17,8 @@ from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..estimate.fit_result import FitResult
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData
+from ..estimate.validation import UnseenChange, ValidationFit
+from ..least_squares import cost_of
 from ..results import Objection, Reason
 
 TIE = 10.0
@@ -99,8 +101,8 @@ def ranked_candidates(candidates: list[RefittedCandidate]) -> list[RefittedCandi
     """Those that are relevant first, and the best first; before it the parts and special cases of
     the best that leave no relevantly larger error."""
     ranked = sorted(candidates, key=lambda w: (w.explained < RELEVANT, -w.gain))
-    simpler = [w for w in ranked[1:] if certain(w) and _suffices(w, ranked[0])]
-    return simpler + [w for w in ranked if w not in simpler]
+    simpler = {id(w) for w in ranked[1:] if certain(w) and _suffices(w, ranked[0])}
+    return sorted(ranked, key=lambda w: id(w) not in simpler)
 
 
 def _suffices(part: RefittedCandidate, whole: RefittedCandidate) -> bool:
@@ -114,21 +116,19 @@ def _suffices(part: RefittedCandidate, whole: RefittedCandidate) -> bool:
 
 
 def unseen_decide(
-    ranked: list[RefittedCandidate],
-    unseen: Callable[[RefittedCandidate], float],
-    surely_worse: Callable[[RefittedCandidate, RefittedCandidate], bool],
+    ranked: list[RefittedCandidate], validation: Callable[[RefittedCandidate], ValidationFit | None]
 ) -> list[RefittedCandidate]:
     """Best first: of the certain ones first those that leave least on recordings that no fit has
-    used, as far as these can tell. A gain of the drive and viscous friction do the same along some
-    references."""
-    sure = [w for w in ranked if certain(w)]
-    if len(sure) < 2:
+    used (None: there are none), as far as these can tell. A gain of the drive and viscous friction
+    do the same along some references."""
+    fits = {id(w): fit for w in ranked if certain(w) and (fit := validation(w)) is not None}
+    if len(fits) < 2:
         return ranked
-    known = {id(w): replace(w, unseen=unseen(w)) for w in sure}
-    best = min(known.values(), key=lambda w: np.nan_to_num(w.unseen, nan=np.inf))
-    behind = {id(w) for w in sure if surely_worse(best, known[id(w)])}
-    order = sorted(ranked, key=lambda w: (id(w) not in known, id(w) in behind))
-    return [known.get(id(w), w) for w in order]
+    left = {key: cost_of(fit.errors) / fit.data.count for key, fit in fits.items()}
+    best = fits[min(left, key=lambda key: left[key])]
+    behind = {key for key, fit in fits.items() if UnseenChange.between(best, fit).surely_worse}
+    order = sorted(ranked, key=lambda w: (id(w) not in fits, id(w) in behind))
+    return [replace(w, unseen=left[id(w)]) if id(w) in left else w for w in order]
 
 
 @dataclass(frozen=True)

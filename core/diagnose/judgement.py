@@ -11,9 +11,10 @@ from functools import cached_property
 import numpy as np
 import scipy
 
+from ..diagnose.evidence import RefittedCandidate
 from ..effects.effect import Effect, EffectParameter
 from ..effects.sizes import typical
-from ..estimate.fit_result import FitResult, robust_covariance
+from ..estimate.fit_result import FitResult, identified_unknowns, robust_covariance
 from ..estimate.fitted_model import FittedModel
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData, Problem, within_noise
@@ -61,6 +62,10 @@ class Judge:
             return None
         return UnseenChange.between(self._unseen, later)
 
+    def fit_to_unseen(self, w: RefittedCandidate) -> ValidationFit | None:
+        """A refit on recordings that no fit has seen; None without any."""
+        return self.validation_fit(FittedModel(self.model.data, w.refit, ()))
+
     @cached_property
     def _unseen(self) -> ValidationFit | None:
         return self.validation_fit(self.model)
@@ -84,18 +89,22 @@ def sizes_of_effect(problem: Problem, effect: Effect) -> tuple[EffectParameter, 
 
 
 def indistinct(after: FitResult, effects: Sequence[Effect]) -> Objection | None:
-    """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
-    size at its bound has no standard deviation and counts as distinct."""
+    """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None:
+    those that the recordings determine. A size at its bound has no standard deviation and counts as
+    distinct."""
     covariance, problem = robust_covariance(after), after.problem
-    labels = list(problem.unknowns.labels)
+    labels, identified = list(problem.unknowns.labels), identified_unknowns(after)
     for effect in effects:
         neutral = {
             k.parameter.name: k.neutral for k in sizes_of_effect(problem, effect) if not k.secondary
         }
-        which = [labels.index(name) for name in neutral if name in labels]
-        C = covariance[np.ix_(which, which)]
-        if not which or not np.isfinite(C).all():
+        own = [labels.index(name) for name in neutral if name in labels]
+        if not own or not np.isfinite(covariance[np.ix_(own, own)]).all():
             continue
+        which = [k for k in own if identified[k]]
+        if not which:
+            return Objection(Reason.INDISTINCT)
+        C = covariance[np.ix_(which, which)]
         distance = problem.vector[which] - np.array([neutral[labels[j]] for j in which])
         wald = float(distance @ np.linalg.pinv(C, hermitian=True) @ distance)
         if scipy.stats.chi2.sf(wald, len(which)) > DISTINCT:

@@ -93,7 +93,8 @@ class Memo:
         later = replace(validation, floors=data.floors, weights=weights, result_substeps=key[1])
         fitted = fit_validation(later, refit)
         assert fitted is not None
-        self.validated[key] = ref(refit), fitted
+        alive = {k: v for k, v in self.validated.items() if v[0]() is not None}
+        self.validated = alive | {key: (ref(refit), fitted)}
         return fitted
 
     def base_fit(self, model: FittedModel) -> BaseFit:

@@ -9,8 +9,9 @@ more at a better minimum.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 from ..diagnose import progress_messages as messages
@@ -80,39 +81,40 @@ class Search:
     on_ranking: RankingCallback | None
     memo: Memo
     proposed: tuple[str, ...] = ()
+    """Ids of effects that pass every test on the last model, which the limit keeps out."""
 
     def run(self, base: FittedModel) -> Found:
         """The whole search from the model as given, with the bending shapes that it needs, and with
         the last model's sizes as stated where that leaves no more."""
         path: Path = (Move(self._resolved(base)),)
-        unconfirmed: Path = ()
+        unconfirmed: Found | None = None
         for _ in range(MOVES_PER_EFFECT * (self.options.max_effects + 1)):
             path = _with_last(path, self._prepared(path[-1].model))
             self.memo.visit(path[-1].model)
-            move = next(self._moves(path), None)
+            move = self._next_move(path)
             if move is None or self.progress.stopped():
                 break
-            unconfirmed = path if move.to_confirm else unconfirmed
+            unconfirmed = Found(path, self.proposed) if move.to_confirm else unconfirmed
             path = (*path, move) if move.title else _with_last(path, move.model)
+        found = Found(path, self.proposed)
         # An estimate of the noise that no effect confirms is no better than the one before.
-        if unconfirmed and unconfirmed[-1].model.key == path[-1].model.key:
-            path = unconfirmed
-        last = with_stated_sizes(path[-1].model, len(self.memo.stated), self.progress.stopped)
-        return Found(_with_last(path, last), self.proposed)
+        if unconfirmed is not None and unconfirmed.model.key == found.model.key:
+            found = unconfirmed
+        last = with_stated_sizes(found.model, len(self.memo.stated), self.progress.stopped)
+        return found._replace(path=_with_last(found.path, last))
 
-    def _moves(self, path: Path) -> Iterator[Move]:
-        """What leads on from the last model, the first one first: to what is new."""
-        model, first = path[-1].model, path[0].model
-        for ask in (
+    def _next_move(self, path: Path) -> Move | None:
+        """The first answer that leads from the last model to one that is new; None where nothing
+        leads on."""
+        questions = (
             self._noise_of_better_model, self._shapes_of_better_model, self._addition,
-            self._reduction, self._exchange, self._shapes,
-        ):  # fmt: skip
-            move = None if self.progress.stopped() else ask(model)
+            self._reduction, self._exchange, self._shapes, partial(self._noise, path[0].model),
+        )  # fmt: skip
+        for ask in questions:
+            move = None if self.progress.stopped() else ask(path[-1].model)
             if move is not None and self.memo.is_new(move.model):
-                yield move
-        move = None if self.progress.stopped() else self._noise(model, first)
-        if move is not None and self.memo.is_new(move.model):
-            yield move
+                return move
+        return None
 
     def _prepared(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough, and the rate of the rig's loop that its
@@ -142,7 +144,7 @@ class Search:
         other = self._resolved(model)
         return None if other is model else Move(other)
 
-    def _noise(self, model: FittedModel, first: FittedModel) -> Move | None:
+    def _noise(self, first: FittedModel, model: FittedModel) -> Move | None:
         """A better estimate of the noise; `first`: the model as given."""
         changed = model.key != first.key
         floors = higher_floors(model, self.options, changed)
@@ -272,7 +274,7 @@ class Search:
     def _exchange(self, model: FittedModel) -> Move | None:
         """The move that puts a better effect in the place of others: the first one was chosen while
         the others were missing."""
-        if len(self.added(model)) < 2 or self.progress.stopped():
+        if len(self.added(model)) < 2:
             return None
         self.progress.stage(messages.EXCHANGE)
         known, stopped = self.memo.rounds.get(model.key), self.progress.stopped

@@ -1,6 +1,6 @@
 """One round of the search: screen the candidates, refit the promising ones, accept one or a set.
 
-Refits whose predicted cost reduction is too small stop after two iterations (as in successive
+Refits whose predicted cost reduction is too small stop after a few iterations (as in successive
 halving: Jamieson and Talwalkar 2016). They keep their results, and so their place in the ranking.
 """
 
@@ -39,8 +39,7 @@ from ..estimate.fitted_model import FittedModel
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData, Problem, with_shared_motions, within_noise
 from ..estimate.starts import ROUGH_ITERATIONS, TRIAL_ITERATIONS, share_of_first_swings, vibrates
-from ..estimate.validation import UnseenChange, ValidationFit
-from ..least_squares import cost_of, predicted_reduction
+from ..least_squares import predicted_reduction
 from ..noise.whitening import Whitener
 from ..processors import thread_pool
 
@@ -91,7 +90,7 @@ def search_round(
             on_refit(replace(found, refitted=tuple(ranked_candidates(refitted))))
         fitted = {w.screened.effect.kind for w in refitted}
         failed += [s.effect.title for s in group if s.effect.kind not in fitted]
-        ranked = _ranked(refitted, data, judge)
+        ranked = unseen_decide(ranked_candidates(refitted), judge.fit_to_unseen)
         found = replace(found, refitted=tuple(ranked), failed_refits=tuple(failed))
         if stopped():
             break
@@ -102,25 +101,6 @@ def search_round(
             if accepted.added or last:
                 return replace(accepted, failed_refits=found.failed_refits)
     return found
-
-
-def _ranked(
-    refitted: list[RefittedCandidate], data: FitData, judge: Judge
-) -> list[RefittedCandidate]:
-    """Best first, by the recordings that no fit has used where there are some."""
-
-    def fitted(w: RefittedCandidate) -> ValidationFit | None:
-        return judge.validation_fit(FittedModel(data, w.refit, ()))
-
-    def unseen(w: RefittedCandidate) -> float:
-        found = fitted(w)
-        return np.nan if found is None else cost_of(found.errors) / found.data.count
-
-    def surely_worse(best: RefittedCandidate, w: RefittedCandidate) -> bool:
-        a, b = fitted(best), fitted(w)
-        return a is not None and b is not None and UnseenChange.between(a, b).surely_worse
-
-    return unseen_decide(ranked_candidates(refitted), unseen, surely_worse)
 
 
 def _chosen(

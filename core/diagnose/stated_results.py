@@ -10,14 +10,13 @@ import numpy as np
 from ..diagnose.base_fit import BaseFit
 from ..effects import with_included
 from ..effects.effect import Effect
-from ..estimate.fit_result import FitResult, robust_covariance
+from ..estimate.fit_result import FitResult, identified_unknowns, robust_covariance
 from ..estimate.fitted_model import FittedModel
 from ..estimate.problem import FitData, Problem
 from ..estimate.validation import ValidationFit
 from ..identify import identifiability
 from ..identify.compare import compare_many
 from ..identify.estimates import derived_estimates
-from ..identify.identifiability import analyse, identified
 from ..identify.prepared_recording import Prepared
 from ..least_squares import (
     SEEN,
@@ -138,21 +137,11 @@ def _figures(parts: Sequence[tuple[Prepared, int, np.ndarray]]) -> tuple[str, fl
     return unit, float(np.sqrt(np.mean(error**2))), float(fit)
 
 
-def _identified(refit: FitResult) -> np.ndarray:
-    """(P,) bool: unknowns that the measurements determine."""
-    problem, slopes = refit.problem, refit.descended.slopes
-    if not len(problem.vector):
-        return np.zeros(0, dtype=bool)
-    jacobian = triangular([as_finite(S) for S in slopes])
-    _, _, null = analyse(problem.unknowns, problem.vector, jacobian, SEEN**0.5)
-    return identified(null, len(problem.vector))
-
-
 def estimates(refit: FitResult) -> tuple[Estimate, ...]:
     """All shared unknowns with standard deviations under coloured noise; NaN where the data do not
     determine them."""
     problem = refit.problem
-    identified, rows = _identified(refit), []
+    identified, rows = identified_unknowns(refit), []
     for i, u in enumerate(problem.unknowns.items):
         item, value = u.parameter, float(problem.vector[i])
         variance = float(refit.covariance[i, i])

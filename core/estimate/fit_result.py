@@ -10,16 +10,20 @@ import numpy as np
 from ..effects.effect import Effect
 from ..estimate.problem import FitData, Problem, problem_of, with_values
 from ..estimate.starts import ROUGH_ITERATIONS, TRIAL_ITERATIONS, starts
+from ..identify.identifiability import analyse, identified
 from ..identify.uncertainty import LEAST_EIGENVALUE, covariance
 from ..least_squares import (
     FIRST_DAMPING,
     GOOD_ENOUGH,
     MOST_ITERATIONS,
+    SEEN,
     Descended,
+    as_finite,
     cost_of,
     levenberg_marquardt,
     normal_equations,
     pseudo_inverse,
+    triangular,
     with_prior,
 )
 from ..noise.whitening import Whitener
@@ -197,3 +201,13 @@ def robust_covariance(
             slopes, refit.errors, counted, len(inside), relative, known
         )
     return out
+
+
+def identified_unknowns(refit: FitResult) -> np.ndarray:
+    """(P,) bool: unknowns that the measurements determine."""
+    problem, slopes = refit.problem, refit.descended.slopes
+    if not len(problem.vector):
+        return np.zeros(0, dtype=bool)
+    jacobian = triangular([as_finite(S) for S in slopes])
+    _, _, null = analyse(problem.unknowns, problem.vector, jacobian, SEEN**0.5)
+    return identified(null, len(problem.vector))

@@ -267,10 +267,16 @@ def with_enough_substeps(
 
 def enough_substeps(data: FitData, effects: Sequence[Effect], values: Mapping[str, float]) -> int:
     """Steps per sample, such that twice as many change the outputs by less than SEARCH_ERROR, or by
-    a small share of what the model leaves."""
+    a small share of what the model leaves; and a quarter of them, with which a screen tries what
+    changes an anchored model, hold together."""
     problem = problem_of(replace(data, substeps=1, anchor=None), effects, values)
-    enough = with_enough_steps(problem.residuals, problem.vector, SEARCH_ERROR**2 * data.count)
-    return enough.predictor.steps // problem.substeps
+    residuals, vector = problem.residuals, problem.vector
+    steps = with_enough_steps(residuals, vector, SEARCH_ERROR**2 * data.count).predictor.steps
+    while steps < MOST_STEPS:
+        if np.isfinite(cost_of(errors_with(residuals, vector, max(steps // 4, 1)))):
+            break
+        steps *= 2
+    return steps // problem.substeps
 
 
 def substeps_for_directions(
@@ -301,7 +307,8 @@ def _slopes(
 
 
 def _least_cosine(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> float:
-    """Least cosine of pairs of non-zero vectors (N,); one if there are none."""
+    """Least cosine of pairs of non-zero vectors (N,), NaN where a simulation diverged; one if there
+    are none."""
     sizes = [np.linalg.norm(a) * np.linalg.norm(b) for a, b in zip(first, second, strict=True)]
-    cosines = [a @ b / s for a, b, s in zip(first, second, sizes, strict=True) if s > 0.0]
-    return float(min(cosines, default=1.0))
+    cosines = [a @ b / s for a, b, s in zip(first, second, sizes, strict=True) if s != 0.0]
+    return float(np.min(cosines)) if cosines else 1.0

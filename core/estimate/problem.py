@@ -151,7 +151,7 @@ class Problem:
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """Derivatives (M, k, P) of the errors per recording at a `vector` (P,), with half the
         steps: directions need less accuracy than errors."""
-        return self.half_substeps.residuals.slopes(vector, central=False)
+        return self.slopes_reusing(vector, {})
 
     def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """The same derivatives at a `vector` (P,), with all steps."""
@@ -165,6 +165,8 @@ class Problem:
         labels = self.unknowns.labels
         computed = [j for j, label in enumerate(labels) if label not in reused]
         slopes = self.half_substeps.residuals.slopes(vector, central=False, only=computed)
+        if not all(np.isfinite(S).all() for S in slopes):  # half the steps do not hold together
+            slopes = self.residuals.slopes(vector, central=False, only=computed)
         for j, label in enumerate(labels):
             for S, column in zip(slopes, reused.get(label, ()), strict=False):
                 S[:, :, j] = column

@@ -26,7 +26,7 @@ from ..identify.refinement import (
 )
 from ..identify.residuals import Residuals, channel_weights
 from ..identify.unknowns import Unknowns
-from ..least_squares import bounds_and_prior
+from ..least_squares import bounds_and_prior, cost_of
 from ..progress import Progress, StoppedError, use_progress
 from ..results import Fit
 from ..scenario.schema import IdentifySpec
@@ -158,6 +158,8 @@ def _without_descent(
         if expensive:
             residuals = with_enough_steps(residuals, vector)
             servo = better_loop(residuals, vector)
-            residuals = residuals if servo is None else with_servo(residuals, servo)
+            # Nothing follows here: what the other rate leaves at the vector itself decides.
+            others = [] if servo is None else [with_servo(residuals, servo)]
+            residuals = min([residuals, *others], key=lambda r: cost_of(r.blocks(vector)))
         cost = float(np.sum(residuals(vector) ** 2))
     return residuals, RefinedFit(vector, cost, np.nan, False)

@@ -55,6 +55,7 @@ class Objection:
     """Of the error above the noise floor that it explains."""
     p_value: float = float("nan")
     delta_bic: float = float("nan")
+    """Fall of the extended BIC, which the choice among all candidates has lowered."""
 
 
 class DoubtReason(StrEnum):

@@ -161,3 +161,16 @@ def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> No
     after = replace(there, problem=h.at(np.minimum(h.vector, h.limits.lower)))
     assert not np.isfinite(np.diag(robust_covariance(after))).any()
     assert indistinct(after, [effect("viscous_friction")]) is None
+
+
+def test_sizes_that_the_recordings_do_not_determine_are_not_distinct() -> None:
+    """One scale of both encoders, of friction and inertia was named on a real robot: -44 %."""
+    after = fitted("viscous_friction")
+    labels = list(after.problem.unknowns.labels)
+    stiffness, sizes = labels.index("EI"), [labels.index(name) for name in ("fv1", "fv2")]
+    slopes = [S.copy() for S in after.descended.slopes]
+    for S in slopes:
+        S[..., sizes] = S[..., [stiffness]]
+    blind = replace(after, descended=replace(after.descended, slopes=tuple(slopes)))
+    found = indistinct(blind, [effect("viscous_friction")])
+    assert found is not None and found.reason is Reason.INDISTINCT

@@ -88,14 +88,21 @@ def test_the_search_ends_within_a_stated_number_of_moves_and_visits_nothing_thri
 
 
 def test_an_estimate_of_the_noise_that_no_effect_confirms_is_taken_back() -> None:
+    """With what the limit kept out against that noise alone: a search that adds nothing said
+    `missing` of an error at the noise."""
+
     class Confirming(Scripted):
         def _answer(self, *_: Any) -> Move | None:
             return None
 
-        _noise_of_better_model = _shapes_of_better_model = _addition = _reduction = _answer
+        _noise_of_better_model = _shapes_of_better_model = _reduction = _answer
         _exchange = _shapes = _answer
 
-        def _noise(self, model_: Any, first: Any) -> Move | None:
+        def _addition(self, model: Any) -> Move | None:
+            self.proposed = () if model.data.floors["z1"] == 1.0 else ("backlash",)
+            return None
+
+        def _noise(self, first: Any, model_: Any) -> Move | None:
             lower = model((), 0.5, 400.0 * SAMPLES)
             return Move(lower, to_confirm=True) if model_.data.floors["z1"] == 1.0 else None
 
@@ -104,6 +111,7 @@ def test_an_estimate_of_the_noise_that_no_effect_confirms_is_taken_back() -> Non
         walk = Confirming(Options(max_effects=1), Silent(), None, Memo(None, (), (0,)))
         found = walk.run(model((), 1.0, 100.0 * SAMPLES))
     assert found.model.data.floors == {"z1": 1.0} and len(walk.memo.visits) == 2
+    assert found.proposed == ()
 
 
 def test_of_all_models_that_were_screened_the_last_one_alone_keeps_its_columns() -> None:

@@ -110,12 +110,30 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
             assert np.array_equal(a, b)
 
 
-def test_threads_that_share_a_predictor_get_what_each_asked_for(counting: Residuals) -> None:
-    """One thread dropped the motions that another one was about to read."""
-    predictor, start = counting.predictor, counting.unknowns.parameters.vector()
-    vectors = [start * (1.0 + 0.001 * k) for k in range(40)]
-    expected = [replace(predictor).predict(x) for x in vectors]
-    with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(predictor.predict, vectors))
+class Interrupted(Predictor):
+    """While it simulates, another thread asks for other motions, so that older ones go."""
+
+    others: Sequence[np.ndarray] = ()
+
+    def _run(self, moving: Sequence[Moving]) -> list[Trajectory]:
+        others = self.others
+        object.__setattr__(self, "others", ())
+        if others:
+            with ThreadPoolExecutor(1) as pool:
+                list(pool.map(self.predict, others))
+        return super()._run(moving)
+
+
+def test_a_motion_that_another_thread_drops_is_still_there_for_who_asked_first(
+    counting: Residuals,
+) -> None:
+    p, start = counting.predictor, counting.unknowns.parameters.vector()
+    shared = Interrupted(p.experiments, p.unknowns, p.fixed, steps=STEPS)
+    known, new, *others = (start * (1.0 + 0.001 * k) for k in range(12))
+    everything = range(len(p.experiments))
+    expected = [replace(p).predict(x) for x in (known, new)]
+    shared.predict(known)
+    object.__setattr__(shared, "others", others)
+    found = shared.predict_many([(known, everything), (new, everything)])
     for a, b in zip(found, expected, strict=True):
         assert all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
