@@ -6,7 +6,7 @@ column of errors; all that is asked later of terms and their sums is linear alge
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,17 +19,10 @@ from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import joint_direction, sized
 from ..effects.sizes import Sizes
 from ..estimate.fitted_model import FittedModel
-from ..estimate.problem import FitData, problem_of
+from ..estimate.problem import FitData, Problem, problem_of
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, X
-from ..identify.predictor import Moving, Predictor, job_of
-from ..identify.prepared_recording import Prepared
-from ..identify.prescribed_joint_forces import simulated_part, with_prescribed_forces
-from ..identify.prescribed_joints import fully_prescribed_motion
-from ..model import Model, Numbers
-from ..processors import workers
-from ..simulate.batch import run_many
-from ..simulate.motion import Task
+from ..identify.predictor import MotionCache, simulate_together
 
 SIZE = "probe_size"
 SIGNAL = "probe"
@@ -101,94 +94,40 @@ def responses(
         probe: Where the force acts.
         signals: Per signal and recording (N,), in N m or N.
     """
-    run = _ProbedRun.of(model, probe)
-    before = run.outputs([[np.zeros_like(x) for x in signals[0]]])[0]
+    unit = _size(model.data)
+    without = _with_signal(model, probe, [np.zeros_like(x) for x in signals[0]])
+    before = without.errors(without.vector)
     answers = []
     for at in range(0, len(signals), BATCH):
-        some = signals[at : at + BATCH]
-        sizes = [_rms(signal) or 1.0 for signal in some]
-        scaled = [[x / size for x in s] for s, size in zip(some, sizes, strict=True)]
-        for outputs, size in zip(run.outputs(scaled), sizes, strict=True):
-            answers.append(run.weighted(before, outputs, size / run.size))
+        sizes = [_rms(signal) or 1.0 for signal in signals[at : at + BATCH]]
+        each = [
+            _with_signal(model, probe, [x / size for x in signal])
+            for signal, size in zip(signals[at : at + BATCH], sizes, strict=True)
+        ]
+        simulate_together([(problem.residuals.predictor, problem.vector) for problem in each])
+        for problem, size in zip(each, sizes, strict=True):
+            pairs = zip(before, problem.errors(problem.vector), strict=True)
+            answers.append(tuple((a - b) * (size / unit) for a, b in pairs))
     return answers
 
 
-@dataclass(frozen=True)
-class _ProbedRun:
-    """A model with a probe, which is not one of its unknowns, in half of the steps: only the
-    direction of a change matters."""
-
-    predictor: Predictor
-    weights: Sequence[np.ndarray]
-    each: Sequence[tuple[Prepared, Numbers, Mapping[str, float]]]
-    size: float
-    """Of the force where the signal is one."""
-
-    @classmethod
-    def of(cls, model: FittedModel, probe: Probe) -> _ProbedRun:
-        base, data = model.refit.problem, _with_signal(model.data)
-        own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
-        size = SIGNAL_SHARE * float(np.max(data.sizes.torque))
-        values = {**base.model.effect_values, **base.values(), SIZE: size}
-        effects = [*model.effects, probe]
-        problem = problem_of(data, effects, values, freed=own, refine=TRIAL_SUBSTEPS)
-        predictor, each = problem.residuals.predictor, []
-        for e in predictor.experiments:
-            own_values = predictor.values(e, problem.vector)
-            each.append((e, e.model.numbers(own_values), own_values))
-        return cls(predictor, problem.residuals.weights, each, size)
-
-    def outputs(self, signals: Sequence[Sequence[np.ndarray]]) -> list[list[np.ndarray]]:
-        """(M, k) per signal and recording."""
-        steps = self.predictor.steps
-        assert steps is not None  # a search has found them
-        asked = [(each, x) for signal in signals for each, x in zip(self.each, signal, strict=True)]
-        moving = [
-            Moving(e, simulated_part(e.model, n), _with_input(e.model, e.task_at(v), x))
-            for (e, n, v), x in asked
-        ]
-        if all(m.is_given for m in moving):
-            motions = [fully_prescribed_motion(*m.parts) for m in moving]
-        else:
-            motions = run_many([job_of(*m.parts) for m in moving], steps, workers())
-        read = []
-        for ((e, n, v), _), m, motion in zip(asked, moving, motions, strict=True):
-            whole = with_prescribed_forces(e.model, n, motion, m.task.inputs)
-            read.append(e.processed(e.readings(whole, n, v)))
-        R = len(self.each)
-        return [read[at : at + R] for at in range(0, len(read), R)]
-
-    def weighted(
-        self, before: Sequence[np.ndarray], after: Sequence[np.ndarray], factor: float
-    ) -> tuple[np.ndarray, ...]:
-        """The changes of the outputs in noise floors, times the factor."""
-        changes = []
-        for (e, _, _), y, z, w in zip(self.each, before, after, self.weights, strict=True):
-            change = e.standstill.removed_from(np.where(e.counted, z - y, 0.0))
-            changes.append(change * (w * factor))
-        return tuple(changes)
-
-
-def _with_input(model: Model, task: Task, signal: np.ndarray) -> Task:
-    """The task with the signal of the probe (N,)."""
-    assert task.inputs is not None
-    inputs = task.inputs.copy()
-    inputs[:, model.inputs.index(SIGNAL)] = signal
-    return replace(task, inputs=inputs)
-
-
-def _with_signal(data: FitData) -> FitData:
-    """The data with a column for the signal, of zeros."""
+def _with_signal(model: FittedModel, probe: Probe, signal: Sequence[np.ndarray]) -> Problem:
+    """The model with a probe that follows a signal (N,) per recording, in half of the steps: only
+    the direction of a change matters."""
+    base, size = model.refit.problem, _size(model.data)
     experiments = tuple(
-        replace(
-            e,
-            recording=replace(
-                r := e.recording, channels={**r.channels, SIGNAL: np.zeros(len(r.time))}
-            ),
-        )
-        for e in data.experiments
+        replace(e, recording=replace(e.recording, channels={**e.recording.channels, SIGNAL: x}))
+        for e, x in zip(model.data.experiments, signal, strict=True)
     )
-    return replace(data, experiments=experiments, anchor=None)
+    data = replace(model.data, experiments=experiments, anchor=None, motion_cache=MotionCache())
+    own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
+    values = {**base.all_values(), SIZE: size}
+    return problem_of(data, [*model.effects, probe], values, freed=own, refine=TRIAL_SUBSTEPS)
+
+
+def _size(data: FitData) -> float:
+    """Of the force where the signal is one, N m or N."""
+    return SIGNAL_SHARE * float(np.max(data.sizes.torque))
 
 
 def _rms(signal: Sequence[np.ndarray]) -> float:
