@@ -111,3 +111,23 @@ def _registry() -> UnitRegistry[Any]:
     from pint import UnitRegistry
 
     return UnitRegistry()
+
+
+def quotient(unit: str, *others: tuple[str, float]) -> str:
+    """A unit over powers of others, such as N m s^2/rad^2; empty ones do not count."""
+    powers = dict[str, float]()
+    for text, power in ((unit, 1.0), *((text, -power) for text, power in others)):
+        for k, part in enumerate(text.split("/")):
+            for factor in part.strip("()").split():
+                name, _, own = factor.partition("^")
+                powers[name] = powers.get(name, 0.0) + (-power if k else power) * float(own or 1)
+    above, below = (
+        [
+            name if abs(p) == 1.0 else f"{name}^{abs(p):g}"
+            for name, p in powers.items()
+            if sign * p > 0.0
+        ]
+        for sign in (1.0, -1.0)
+    )
+    over = f"/({' '.join(below)})" if len(below) > 1 else f"/{below[0]}" if below else ""
+    return (" ".join(above) or ("1" if over else "")) + over

@@ -21,6 +21,7 @@ from ..propose.shapes import SHAPES, Constant, Shape, Size
 from ..propose.variables import ends
 from ..results import Carrier
 from ..sentences import listed
+from ..units import quotient
 
 Value = TypeVar("Value")
 
@@ -203,20 +204,13 @@ def free_names(names: Sequence[str], taken: Collection[str]) -> list[str]:
 
 def _size_unit(f: SmoothFunction, size: Size) -> str:
     """Such as N m/rad^2."""
-    unit = f.variable.unit
-    over = [f.factor.unit, f"({unit})^{size.power:g}" if size.power > 1.0 else unit]
-    return per(f.target.unit, *(over if size.power else over[:1]))
-
-
-def per(unit: str, *others: str) -> str:
-    """A unit over others; empty ones do not count."""
-    return "/".join([unit, *(f"({u})" if "/" in u else u for u in others if u)])
+    return quotient(f.target.unit, (f.factor.unit, 1.0), (f.variable.unit, size.power))
 
 
 def carrier_of(f: SmoothFunction) -> Carrier:
     """A function of one variable as a record."""
     values, deviations = f.matrices.fitted()
-    unit = per(f.target.unit, f.factor.unit)
+    unit = quotient(f.target.unit, (f.factor.unit, 1.0))
     return Carrier(
         target=f.target.name, target_title=f.target.title, variable=f.variable.word,
         title=f.variable.title, unit=f.variable.unit, factor=f.factor.words, share=f.share,

@@ -161,7 +161,7 @@ def _inputs(model: FittedModel) -> list[Variable]:
             continue
         each = [input_signals((word,), r.time, r.channels, r.name) for r in recordings]
         along = tuple(x[:, 0] for x in each if x is not None)
-        variables.append(Variable(word, word, "", along, place=True))
+        variables.append(Variable(word, f"column {word}", "", along, place=True))
     return variables
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from flexgui.core.effects.own import OwnEffect
 from flexgui.core.propose.carriers import SmoothFunction
-from flexgui.core.propose.short_laws import Law, ShortLaw, free_names, per, short_laws
+from flexgui.core.propose.short_laws import Law, ShortLaw, free_names, short_laws
 from flexgui.core.propose.variables import Factor, FreeConstant, share_of_bristle
 from tests.approved import approved
 from tests.helpers import PAPER
@@ -101,8 +101,6 @@ def test_each_shape_is_tried_once_with_units_of_its_sizes_and_constants() -> Non
     ]
     approved("short_laws.txt", "\n".join(lines) + "\n")
     assert free_names(("a", "b", "a"), {"b", "a2"}) == ["a", "b2", "a3"]
-    assert per("N m") == per("N m", "") == "N m"
-    assert per("N m", "rad/s", "rad") == "N m/(rad/s)/rad"
 
 
 def test_a_wave_is_tried_over_angles_alone() -> None:

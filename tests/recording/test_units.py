@@ -4,7 +4,7 @@ import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.core.recording.channels import CHANNEL_KINDS
-from flexgui.core.units import factor_to_si, parse_header
+from flexgui.core.units import factor_to_si, parse_header, quotient
 
 ROUNDING = 1e-12
 """Relative; a factor is the product of a few rounded constants."""
@@ -81,3 +81,22 @@ def test_the_si_units_of_every_channel_convert_to_themselves(kind):
     for unit in kind.units:
         assert factor_to_si(f"{unit} ".strip(), (unit,)) == 1.0
         assert factor_to_si(unit.replace(" ", "*"), kind.units) == pytest.approx(1.0, rel=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("unit", "others", "written"),
+    [
+        ("N m", (), "N m"),
+        ("N m", (("", 2.0),), "N m"),
+        ("N m", (("rad/s", 1.0),), "N m s/rad"),
+        ("N m", (("rad/s", 2.0),), "N m s^2/rad^2"),
+        ("N m", (("rad/s", 1.0), ("rad", 1.0)), "N m s/rad^2"),
+        ("N", (("m", 1.0), ("s", 1.0)), "N/(m s)"),
+        ("m", (("m", 1.0),), ""),
+        ("", (("m", 3.0),), "1/m^3"),
+    ],
+)
+def test_a_quotient_of_units_is_written_as_a_person_would(
+    unit: str, others: tuple[tuple[str, float], ...], written: str
+) -> None:
+    assert quotient(unit, *others) == written

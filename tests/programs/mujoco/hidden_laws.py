@@ -34,6 +34,12 @@ class Along:
     """s, since the recording began."""
     share: Any = 0.0
     """-1 to 1, what a rubbing surface gives of its level."""
+    other_rate: Any = 0.0
+    """rad/s, of the joint whose angle the law reads."""
+    load: Any = 0.0
+    """N m, of the drive of the joint that it pushes."""
+    column: Any = 0.0
+    """A further signal that is recorded, such as a temperature."""
 
     @property
     def direction(self) -> Any:
@@ -109,6 +115,48 @@ def directed_friction(
     return -size * np.where(on.rate > 0.0, forwards, back) * on.direction
 
 
+def speed_power(on: Along, size: float, power: float, turns: float) -> Any:
+    """`size` N m times a power of the speed in rad/s, against the motion where it `turns` (1) with
+    it, else (0) always backwards."""
+    sign = np.sign(on.rate) if turns else 1.0
+    return -size * np.abs(on.rate) ** power * sign
+
+
+def place_bump(on: Along, size: float, middle: float, width: float) -> Any:
+    """A bump of `size` N m over the joint's own angle."""
+    return size * np.exp(-(((on.place - middle) / width) ** 2))
+
+
+def falling_friction(on: Along, size: float, pace: float) -> Any:
+    """Friction that rises to `size` N m at a `pace` in rad/s and falls beyond it."""
+    return -size * on.rate / pace * np.exp(1.0 - np.abs(on.rate) / pace)
+
+
+def speeds_product(on: Along, size: float) -> Any:
+    """`size` N m s²/rad² times the speeds of both joints."""
+    return size * on.rate * on.other_rate
+
+
+def damping_over_other(on: Along, size: float, middle: float) -> Any:
+    """Damping that grows with the square of the other joint's angle from a place on."""
+    return -size * (on.place - middle) ** 2 * on.rate
+
+
+def load_damping(on: Along, size: float) -> Any:
+    """Damping in proportion to the drive's load, `size` s/rad."""
+    return -size * np.abs(on.load) * on.rate
+
+
+def column_torque(on: Along, size: float) -> Any:
+    """A torque in proportion to a further column."""
+    return size * on.column
+
+
+def column_friction(on: Along, size: float) -> Any:
+    """Dry friction in proportion to a further column."""
+    return -size * on.column * on.direction
+
+
 def camera_bend(reading: np.ndarray, size: float, length: float, power: float) -> np.ndarray:
     """m that are added to a reading in m: a lens whose scale changes by `size` over `length`."""
     return size * reading * (reading / length) ** (power - 1.0)
@@ -120,6 +168,14 @@ TORQUES: Mapping[str, Callable[..., Any]] = {
         range_friction, cogging, other_joint, dead_zone_spring, quadratic_friction,
         settling_friction, growing_friction, cable, hysteresis, place_viscous, exponential_spring,
         directed_friction,
+    )
+}  # fmt: skip
+
+FURTHER: Mapping[str, Callable[..., Any]] = {
+    law.__name__: law
+    for law in (
+        speed_power, place_bump, falling_friction, speeds_product, damping_over_other, load_damping,
+        column_torque, column_friction,
     )
 }  # fmt: skip
 
@@ -146,10 +202,16 @@ class Law:
     """The joint whose angle it reads, from 0."""
     numbers: Mapping[str, float]
 
-    def torque(self, angles: Any, rates: Any, time: Any, share: Any = 0.0) -> Any:
+    def torque(
+        self, angles: Any, rates: Any, time: Any, share: Any = 0.0, load: Any = 0.0,
+        column: Any = 0.0,
+    ) -> Any:  # fmt: skip
         """N m that it adds, of angles and rates (joints,) or, over many instants, (N, joints)."""
-        on = Along(angles[..., self.carrier], rates[..., self.target], time, share)
-        return TORQUES[self.form](on, **self.numbers)
+        on = Along(
+            angles[..., self.carrier], rates[..., self.target], time, share,
+            rates[..., self.carrier], load, column,
+        )  # fmt: skip
+        return {**TORQUES, **FURTHER}[self.form](on, **self.numbers)
 
     def after(self, share: float, rate: float, step: float) -> float:
         """What its surface remembers a `step` in s later, at this rate of the target in rad/s."""
@@ -192,12 +254,27 @@ class Instant:
     drive: np.ndarray
 
 
+@dataclass(frozen=True)
+class Push:
+    """A force at the tip for a while, such as of somebody's hand."""
+
+    start: float
+    """s"""
+    seconds: float
+    force: tuple[float, float]
+    """N, in the plane"""
+
+
 class Machine:
     """An arm in the engine, at rest at first, with a law or none in its step loop."""
 
-    def __init__(self, text: str, posture: np.ndarray, sample_time: float, law: Law | None) -> None:
+    def __init__(
+        self, text: str, posture: np.ndarray, sample_time: float, law: Law | None,
+        column: Callable[[float], float] = lambda _: 0.0, push: Push | None = None,
+    ) -> None:  # fmt: skip
         self.model = mujoco.MjModel.from_xml_string(text)
         self.data, self.law, self.share = mujoco.MjData(self.model), law, 0.0
+        self._column, self._push = column, push
         self.steps = round(sample_time / self.model.opt.timestep)
         joints = [self.model.joint(f"motor{k + 1}") for k in range(len(posture))]
         self._places = np.array([int(j.qposadr[0]) for j in joints])
@@ -219,7 +296,7 @@ class Machine:
         self._step()
         applied = data.qfrc_applied[self._dofs].copy()
         found = Instant(time, angles, rates, tip, share, applied, data.actuator_force.copy())
-        if self.law is None:
+        if self.law is None and self._push is None:
             mujoco.mj_step(self.model, data, self.steps - 1)
         else:
             for _ in range(self.steps - 1):
@@ -231,7 +308,22 @@ class Machine:
         law, data = self.law, self.data
         if law is not None:
             rates, h = data.qvel[self._dofs], self.model.opt.timestep
-            torque = law.torque(data.qpos[self._places], rates, data.time, self.share)
+            load = data.actuator_force[law.target]
+            torque = law.torque(
+                data.qpos[self._places], rates, data.time, self.share, load,
+                self._column(data.time),
+            )  # fmt: skip
             data.qfrc_applied[self._dofs[law.target]] = torque
             self.share = law.after(self.share, float(rates[law.target]), h)
+        self._pushed()
         mujoco.mj_step(self.model, data)
+
+    def _pushed(self) -> None:
+        push, data = self._push, self.data
+        if push is None:
+            return
+        data.qfrc_applied[:] = 0.0
+        if push.start <= data.time < push.start + push.seconds:
+            force, none = np.array([*push.force, 0.0]), np.zeros(3)
+            point, body = data.site_xpos[self._tip], self.model.site_bodyid[self._tip]
+            mujoco.mj_applyFT(self.model, data, force, none, point, body, data.qfrc_applied)
