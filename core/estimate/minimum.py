@@ -45,7 +45,8 @@ is negligible."""
 
 def anchor_at(data: FitData, problem: Problem) -> tuple[FitData, list[np.ndarray]]:
     """The data with the step error of a model at its vector, and the model's errors (M, k) with
-    enough steps.
+    enough steps. The search's steps are doubled until the model's simulation does not diverge: a
+    play's contacts need more than the joints before it.
 
     The correction is extrapolated from two numbers of steps. Over thousands of samples a twentieth
     of a noise floor is significant: it gave a complete model p-values of 1e-9.
@@ -65,7 +66,10 @@ def anchor_at(data: FitData, problem: Problem) -> tuple[FitData, list[np.ndarray
     anchor = Anchor(
         replace(problem.residuals, anchor=None), problem.vector, extrapolated(errors, finer)
     )
-    return replace(data, anchor=anchor, result_substeps=steps), errors
+    few = data.anchored_substeps
+    while few < steps and anchor.has_diverged(steps_between_points(problem.model, dt, few)):
+        few *= 2
+    return replace(data, anchor=anchor, anchored_substeps=few, result_substeps=steps), errors
 
 
 MOST_DESCENTS = 4

@@ -69,6 +69,7 @@ class Anchor:
         self._at, self._vector = at, vector
         self._fine = tuple(fine)
         self._found: dict[int, tuple[np.ndarray, ...]] = {}
+        self._diverged: set[int] = set()
         self._lock = threading.Lock()
 
     @property
@@ -84,13 +85,22 @@ class Anchor:
         with self._lock:
             for steps, blocks in self._found.items():
                 other._found[steps] = tuple(x * r for x, r in zip(blocks, ratios, strict=True))
+            other._diverged |= self._diverged
         return other
 
+    def has_diverged(self, steps: int) -> bool:
+        """Whether the simulation of that model with so many steps per sample has diverged."""
+        self.correction(steps)
+        return steps in self._diverged
+
     def correction(self, steps: int) -> tuple[np.ndarray, ...]:
-        """(M, k) per recording: added to weighted errors with so many steps per sample."""
+        """(M, k) per recording: added to weighted errors with so many steps per sample; zero where
+        their simulation diverged."""
         with self._lock:
             if steps not in self._found:
                 coarse = errors_with(self._at, self._vector, steps)
+                if not np.isfinite(cost_of(coarse)):
+                    self._diverged.add(steps)
                 pairs = zip(self._fine, coarse, strict=True)
                 self._found[steps] = tuple(as_finite(fine - block) for fine, block in pairs)
             return self._found[steps]

@@ -18,6 +18,7 @@ from flexgui.core.estimate.minimum import (
     other_start,
 )
 from flexgui.core.estimate.problem import FitData, problem_of, with_values
+from flexgui.core.identify import defect_correction
 from flexgui.core.identify.defect_correction import errors_with
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.least_squares import BoundsAndPrior, cost_of, levenberg_marquardt
@@ -126,3 +127,19 @@ def test_a_quarter_of_the_steps_holds_together(
     enough = enough_substeps(data, (), base.problem.values())
     monkeypatch.setattr(minimum, "errors_with", diverging)
     assert enough_substeps(data, (), base.problem.values()) == max(enough, wanted)
+
+
+@pytest.mark.parametrize(("fewest", "wanted"), [(1, 1), (4, 4)])
+def test_the_steps_of_a_corrected_descent_do_not_diverge(
+    fewest: int, wanted: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The contacts of a play need more than the joints before it: its slopes were all zero."""
+    data, base = bare().data, bare().base
+
+    def diverging(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:
+        errors = errors_with(residuals, vector, steps)
+        return errors if steps >= fewest else [np.full_like(e, np.nan) for e in errors]
+
+    monkeypatch.setattr(defect_correction, "errors_with", diverging)
+    anchored, _ = anchor_at(replace(data, anchored_substeps=1, result_substeps=8), base.problem)
+    assert anchored.anchored_substeps == wanted
