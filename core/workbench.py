@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from .check.run_checks import check_scenario
-from .diagnose.base_fit import BaseFit
 from .diagnose.diagnose import diagnose, fit_base_to_recordings
 from .diagnose.search_options import DEFAULT_EFFECTS, Options
 from .diagnosed_scenario import diagnosed_scenario
@@ -32,7 +31,7 @@ from .noise.whitening import error_products
 from .processors import fast_thread_switching, is_limited
 from .profile_likelihood import profile_likelihood
 from .progress import Progress, Silent, beside
-from .propose.propose import propose, with_proposal
+from .propose.propose import competing_laws, propose
 from .recording.recording import Recording
 from .results import (
     Diagnosis,
@@ -223,10 +222,8 @@ def _diagnosis(
     """The diagnosis; what it finds is only proposed if no effect may be added."""
     setup, spec, options = _options(scenario, setup, recordings, spec)
     options = replace(options, identified=final_values([f.fit for f in fits]))
-    last: list[BaseFit] = []
-    found = diagnose(setup, spec, recordings, options, progress, on_end=last.append)
-    proposes = scenario.diagnose.propose
-    return with_proposal(found, last[-1], options, progress) if proposes else found
+    laws = competing_laws if scenario.diagnose.propose else None
+    return diagnose(setup, spec, recordings, options, progress, laws=laws)
 
 
 def _options(

@@ -57,7 +57,8 @@ class Acceptance:
     def accept(self, refitted: Sequence[RefittedCandidate], most: int) -> Round:
         """The round with what is added of the `refitted` candidates, best first; `most` at most."""
         best = refitted[0].refit if refitted else self.before
-        joint = None if self._explains(best) else self._accept_set(refitted, most)
+        alone = self._explains(best) or self.data.tolerances
+        joint = None if alone else self._accept_set(refitted, most)
         return joint or self._accept_single(refitted, most)
 
     def _accept_set(self, refitted: Sequence[RefittedCandidate], most: int) -> Round | None:
@@ -107,13 +108,18 @@ class Acceptance:
     def _objection(self, w: RefittedCandidate, data: FitData, after: FitResult) -> Objection | None:
         """Why a converged effect is rejected; None if it is accepted. One that explains a small
         share may imitate what is not listed: it stands only where unseen recordings confirm it, and
-        it explains more than the noise itself."""
+        it explains more than the noise itself. Of what a person allows the model to miss it
+        explains nearly all, and unseen recordings confirm it where there are any."""
         objection = self.judge.objection(data, after, [w.screened.effect], larger=True)
-        if objection is not None or w.reduction >= LEAST_SHARE:
+        least = WHOLE_SHARE if self.data.tolerances else LEAST_SHARE
+        if objection is not None or (w.reduction >= least and not self.data.tolerances):
             return objection
         unseen = self.judge.unseen(data, after)
-        confirmed = unseen is not None and unseen.surely_better
-        return None if confirmed and w.explained > 1.0 else small_share(w)
+        if self.data.tolerances:
+            confirmed = w.reduction >= least and (unseen is None or unseen.surely_better)
+        else:
+            confirmed = unseen is not None and unseen.surely_better and w.explained > 1.0
+        return None if confirmed else small_share(w)
 
     def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, FitData, FitResult]:
         """The candidate, converged, with its best shape and the share of the error that a ladder

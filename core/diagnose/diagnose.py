@@ -14,7 +14,7 @@ from ..diagnose.memo import Memo
 from ..diagnose.noise_update import current_floors
 from ..diagnose.progress_messages import LAST, ORDER, fit_title
 from ..diagnose.remaining_error import doubts, remaining_error
-from ..diagnose.search import Found, Search
+from ..diagnose.search import Found, LawSearch, Search
 from ..diagnose.search_options import Options, RankingCallback
 from ..diagnose.stated_results import (
     compare_with_recordings,
@@ -44,12 +44,13 @@ def diagnose(
     setup: Setup, spec: IdentifySpec, recordings: Sequence[Recording],
     options: Options | None = None, progress: Progress | None = None,
     on_ranking: RankingCallback | None = None, base_fit: BaseFit | None = None,
-    on_end: Callable[[BaseFit], None] | None = None,
+    on_end: Callable[[BaseFit], None] | None = None, laws: LawSearch | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Find the effects that the model lacks on the estimation recordings and add them one by one.
 
     `base_fit`: result of `fit_base_to_recordings` for the same arguments, if there is one; `on_end`
-    takes the fit of the model as it stands at the end. InputError if the recordings lack what the
+    takes the fit of the model as it stands at the end; `laws` compete with the listed effects where
+    more than noise is left. InputError if the recordings lack what the
     model needs. A stopped search keeps what it found.
     """
     options, progress = options or Options(), progress or Silent()
@@ -60,7 +61,9 @@ def diagnose(
     memo = Memo(base_fit.validation, stated, base_fit.data.bare.arm.modes)
     base = FittedModel(base_fit.data, base_fit.base, stated)
     search = Search(options, progress, on_ranking, memo)
-    found = search.run(base)
+    found, proposal = search.run(base), None
+    if laws is not None:
+        found, proposal = laws(search, found)
     progress.stage(ORDER)
     climbed = ladder(found, memo, progress)
     proposed = found.proposed
@@ -81,6 +84,9 @@ def diagnose(
     unfinished = stopped and not (proposed or added) and base_error.above
     verdict = UNJUDGED if unfinished else _verdict(bool(proposed or added), base_error, unsure)
     final = _verdict(bool(proposed), remaining, unsure) if options.adds and not stopped else None
+    if proposal is not None and proposal.laws and not proposed:
+        verdict = UNLISTED if verdict == NOTHING else verdict
+        final = UNLISTED if final == NOTHING else final
     have = {e.kind for e in with_included(last.effects)}
     reasons = not_applicable(last.data, options.candidates)
     compared = options.compare
@@ -99,7 +105,7 @@ def diagnose(
         origins=parameter_origins(last.refit), values=last.refit.problem.values(),
         proposed=proposed, shapes=_further_shapes(last, base.data.bare.arm),
         unstated_noise=_unstated_noise(last.data, options.stated_noise),
-        noise=climbed.noise.products,
+        noise=climbed.noise.products, proposal=proposal,
     ))  # fmt: skip
 
 
@@ -145,7 +151,7 @@ def _verdict(more: bool, error: Remains, unsure: Sequence[Doubt]) -> str:
     """The verdict; `more`: whether another effect is known to be missing; `unsure`: why an error
     within the noise says nothing."""
     within = UNJUDGED if unsure else NOTHING
-    return MISSING if more else UNLISTED if error.above else within
+    return MISSING if more else UNLISTED if error.beyond_tolerance else within
 
 
 @fast_thread_switching()

@@ -89,7 +89,7 @@ def higher_floors(model: FittedModel, options: Options, changed: bool) -> dict[s
     count here: it was overestimated eightyfold for a model in a wrong minimum, and hid a torque
     offset.
     """
-    if not changed or not model.data.rig.servo:
+    if not changed or not model.data.rig.servo or model.data.tolerances:
         return None
     old, residual_rms = model.data.floors, rms_left(model)
     floors = {
@@ -111,6 +111,24 @@ def current_floors(model: FittedModel, options: Options) -> dict[str, Floor]:
         options.stated_noise,
         options.fidelity,
     )
+
+
+EXACT = 1e-5
+"""Of a channel's spread: nobody can say more exactly what it should read."""
+
+
+def against_noise_alone(model: FittedModel, options: Options) -> FittedModel | None:
+    """A model within its noise floors, seen against the noise alone, without the tolerance that
+    they contain; None where its error surely is within that as well."""
+    data = model.data
+    if data.tolerances or not within_noise(data, model.refit.errors):
+        return None
+    floors = current_floors(model, replace(options, fidelity=min(EXACT, options.fidelity)))
+    if all(rms <= floors[n].uncertainty * floors[n].value for n, rms in rms_left(model).items()):
+        return None
+    squares = {n: data.floors[n] ** 2 - f.value**2 for n, f in floors.items()}
+    tolerances = {n: max(squares[n], 0.0) / f.value**2 for n, f in floors.items()}
+    return model.against(data.in_floors(floors, tolerances))
 
 
 def rms_left(model: FittedModel) -> dict[str, float]:

@@ -33,11 +33,15 @@ def remaining_error(
     if max(by_channel.values()) >= ABOVE:
         unexplained = unexplained_line(data.experiments, errors, fitted, ABOVE)
         line = None if unexplained is None else (unexplained.channel, unexplained.line.hz)
-    idealised = {name: data.law_errors.get(name, 0.0) for name in squares}
+    idealised, tolerated = (
+        {name: allowed.get(name, 0.0) for name in squares}
+        for allowed in (data.law_errors, data.tolerances)
+    )
     return Remains(
         _rms(squares), by_channel, line, factors,
         _rms({n: np.full(len(x), factors[n] ** 2) for n, x in squares.items()}), idealised,
         _rms({n: np.full(len(x), idealised[n]) for n, x in squares.items()}) ** 2,
+        tolerated, _rms({n: np.full(len(x), tolerated[n]) for n, x in squares.items()}) ** 2,
     )  # fmt: skip
 
 
@@ -59,7 +63,8 @@ def doubts(
             reason = DoubtReason.FLOOR_ABOVE_SPREAD
             yield Doubt(reason, e.channel, e.unit, e.floor, spread[e.channel])
         # Idealised laws of the model's effects may miss a stated share.
-        if e.validation_rms > FARTHEST * e.floor * np.sqrt(1.0 + data.law_errors.get(e.channel, 0)):
+        allowed = data.law_errors.get(e.channel, 0.0) + data.tolerances.get(e.channel, 0.0)
+        if e.validation_rms > FARTHEST * e.floor * np.sqrt(1.0 + allowed):
             yield Doubt(DoubtReason.UNSEEN, e.channel, e.unit, e.floor, e.validation_rms)
 
 

@@ -21,7 +21,7 @@ from ..diagnose.evidence import Round
 from ..diagnose.judgement import Judge
 from ..diagnose.linear_screen import Screen
 from ..diagnose.memo import Memo
-from ..diagnose.noise_update import higher_floors, lower_floors
+from ..diagnose.noise_update import against_noise_alone, higher_floors, lower_floors
 from ..diagnose.output_changes import trials
 from ..diagnose.ranking import ranking_of
 from ..diagnose.remaining_error import remaining_error
@@ -35,7 +35,11 @@ from ..estimate.problem import within_noise
 from ..identify.loop_rate import better_loop
 from ..noise.noise_floor import Floor
 from ..progress import Progress
+from ..results import Proposal
 from ..sentences import listed
+
+LawSearch = Callable[["Search", "Found"], tuple["Found", Proposal | None]]
+"""Where a search ends if laws that nobody listed compete with what it has added, and these laws."""
 
 MOVES_PER_EFFECT = 4
 """Moves of a search per effect that it may find and one, at most: of each one addition, a removal
@@ -109,6 +113,7 @@ class Search:
         questions = (
             self._noise_of_better_model, self._shapes_of_better_model, self._addition,
             self._reduction, self._exchange, self._shapes, partial(self._noise, path[0].model),
+            self._noise_alone,
         )  # fmt: skip
         for ask in questions:
             move = None if self.progress.stopped() else ask(path[-1].model)
@@ -156,6 +161,12 @@ class Search:
         if floors is None:
             return None
         return self._against(model, floors)._replace(to_confirm=True)
+
+    def _noise_alone(self, model: FittedModel) -> Move | None:
+        """A model within the noise and what a person allows it to miss, against the noise alone:
+        a tolerance hides nothing that is explained."""
+        other = against_noise_alone(model, self.options)
+        return None if other is None else Move(other, to_confirm=True)
 
     def _against(self, model: FittedModel, floors: dict[str, Floor]) -> Move:
         """The model at its minimum against another noise."""

@@ -109,6 +109,9 @@ def _chosen(
 ) -> list[ScreenedCandidate]:  # fmt: skip
     """The candidates that are refitted, with those that they become at an end of their range."""
     chosen = most_promising(screened, data.count)
+    if data.tolerances:
+        least = WHOLE_SHARE * (before.cost - data.count)
+        return [s for s in chosen if s.largest_reduction >= least]
     most = max((s.largest_reduction for s in screened.candidates), default=0.0)
     predicted = share_above_noise(most, before.cost, data.count)
     if chosen and predicted < WHOLE_SHARE:

@@ -42,6 +42,7 @@ class FittedModel:
         data = replace(
             self.data, weights=like.weights, noise_ratios=like.noise_ratios, floors=like.floors,
             floor_sources=like.floor_sources, floor_uncertainty=like.floor_uncertainty,
+            tolerances=like.tolerances,
         )  # fmt: skip
         refit = weighted(self.refit, self.data, data)
         anchored = replace(data, anchor=refit.problem.residuals.anchor)

@@ -57,6 +57,9 @@ class FitData:
     law_errors: Mapping[str, float] = field(default_factory=dict)
     """channel -> mean square, in noise floors, that the idealised laws of the model's effects may
     miss."""
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    """channel -> mean square, in noise floors, that a person allows a model to miss beside them;
+    empty where the floors contain it."""
     noise_ratios: tuple[np.ndarray, ...] = ()
     """(k,) per recording: factor of those floors, if recordings have a noise of their own."""
     fixed_effect_values: Mapping[str, float] = field(default_factory=dict)
@@ -90,8 +93,11 @@ class FitData:
             motion_cache=MotionCache(), result_substeps=1,
         )  # fmt: skip
 
-    def in_floors(self, floors: Mapping[str, Floor]) -> FitData:
-        """The same data with other noise floors, without an anchor."""
+    def in_floors(
+        self, floors: Mapping[str, Floor], tolerances: Mapping[str, float] | None = None
+    ) -> FitData:
+        """The same data with other noise floors, without an anchor; `tolerances`: channel -> mean
+        square, in these floors, that a model may miss beside them."""
         values = {n: f.value for n, f in floors.items()}
         equal = all(set(f.ratios) <= {1.0} for f in floors.values())
         ratios = () if equal else tuple(
@@ -102,6 +108,7 @@ class FitData:
             self, floors=values, noise_ratios=ratios, anchor=None, motion_cache=MotionCache(),
             floor_sources={n: f.source for n, f in floors.items()},
             floor_uncertainty={n: f.uncertainty for n, f in floors.items()},
+            tolerances=tolerances or {},
         )  # fmt: skip
         return replace(other, weights=other.weights_at(values))
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import zip_longest
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,17 +16,21 @@ from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import LEAST_SHARE, WHOLE_SHARE, RefittedCandidate, Round, certain
 from ..diagnose.memo import Memo
 from ..diagnose.next_experiment import next_experiments, possible_experiments
+from ..diagnose.noise_update import against_noise_alone
+from ..diagnose.ranking import ranking_of
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import needed_effects
-from ..diagnose.search import Search
+from ..diagnose.search import Found, Move, Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
 from ..diagnose.stated_results import Noise, estimates
+from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.fit_result import FitResult, with_robust_covariance
-from ..estimate.fitted_model import FittedModel
-from ..estimate.problem import parameter_names
-from ..information_criteria import fall_of_bic, with_evidence
+from ..estimate.fitted_model import FittedModel, fit_model
+from ..estimate.problem import parameter_names, within_noise
+from ..estimate.validation import UnseenChange
+from ..information_criteria import fall_of_bic
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
@@ -35,9 +40,7 @@ from ..propose.short_laws import Law, ShortLaw, carrier_of, logarithm, short_law
 from ..propose.targets import Target, targets
 from ..propose.variables import COARSE, FINE, ends
 from ..results import (
-    UNLISTED,
     Carrier,
-    Diagnosis,
     LawTerm,
     PlannedExperiment,
     Proposal,
@@ -45,6 +48,7 @@ from ..results import (
     RankedEffect,
 )
 from ..results.proposal import NO_CARRIER, NO_LAW, WITHIN_NOISE
+from ..sentences import listed
 
 MOST_CARRIERS = 3
 """Variables whose functions are looked at more closely, and laws that are proposed."""
@@ -80,50 +84,159 @@ def propose(
         added: How many of the model's effects, the last, a search has found: those that a law makes
             needless are named.
     """
-    clock, progress = time.perf_counter(), progress or Silent()
-    proposal = _Proposing(fitted, options or Options(), progress, ranking, added).run()
-    seconds = time.perf_counter() - clock
-    return replace(proposal, seconds=seconds, stopped=progress.stopped())
+    progress = progress or Silent()
+    effects = tuple(fitted.base.problem.model.effects)
+    memo = Memo(fitted.validation, effects[: len(effects) - added], fitted.data.bare.arm.modes)
+    search = Search(options or Options(), progress, None, memo)
+    return laws_on(search, FittedModel(fitted.data, fitted.base, effects), ranking).proposal
 
 
-def with_proposal(
-    diagnosis: Diagnosis, last: BaseFit, options: Options, progress: Progress
-) -> Diagnosis:
-    """The diagnosis with laws for what is left, where no listed effect explains it; `last` is its
-    last model."""
-    if diagnosis.standing_verdict != UNLISTED or diagnosis.stopped or progress.stopped():
-        return diagnosis
-    ranking = diagnosis.rounds[-1].ranking if diagnosis.rounds else ()
-    proposal = propose(last, options, progress, ranking, len(diagnosis.kept))
-    return with_evidence(replace(diagnosis, proposal=proposal))
+def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None]:
+    """Where a search ends if laws compete with what it has added, and the laws; None where nothing
+    is left to explain.
+
+    A listed effect takes what it can of a law that is not listed. So a law is also asked of the
+    model as given, and those effects alone stay that are needed beside it. That model is kept where
+    it is better than the one with all that was added.
+    """
+    last = against_noise_alone(found.model, search.options) or found.model
+    if search.progress.stopped() or not _leaves_more_than_noise(search, last):
+        return found, None
+    seen = found._replace(path=(*found.path[:-1], found.path[-1]._replace(model=last)))
+    if search.added(last):
+        other = _instead_of_added(search, seen)
+        if other is not None:
+            return other
+    answer = laws_on(search, last, _ranking(search, last))
+    if last.data.tolerances and answer.grown is None:
+        return found, None
+    return seen, answer.proposal
+
+
+def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | None:
+    """The model as given with a law, and with those of the added effects that are needed beside it;
+    None where what was added is better."""
+    last, first, stopped = found.model, found.path[0], search.progress.stopped
+    given = _as_given(last, first.model, stopped)
+    answer = laws_on(search, given, _ranking(search, first.model))
+    if answer.grown is None or not _is_better(search, answer.grown, last):
+        return None
+    listed_effects = _needed_beside(search, answer.grown, last)
+    kept = [e for e in search.added(last) if e in listed_effects]
+    if not kept:
+        return Found((first._replace(model=given),), ()), _without(answer.proposal, search, last)
+    values = last.refit.problem.all_values()
+    model = fit_model(last.data, (*search.memo.stated, *kept), values, stopped)
+    answer = laws_on(search, model, _ranking(search, first.model))
+    if answer.grown is None:
+        return None
+    move = Move(model, listed([e.title for e in kept]), tuple(e.kind for e in kept))
+    path = (first._replace(model=given), move)
+    return Found(path, ()), _without(answer.proposal, search, last, kept)
+
+
+def _without(
+    proposal: Proposal, search: Search, last: FittedModel, kept: Sequence[Effect] = ()
+) -> Proposal:
+    """The proposal with what a search had added that is needless beside the first law."""
+    gone = tuple(e.title for e in search.added(last) if e not in kept)
+    return replace(proposal, needless=gone)
+
+
+def _leaves_more_than_noise(search: Search, model: FittedModel) -> bool:
+    """Whether a model leaves more than noise, of the recordings that it was fitted to or of
+    others."""
+    unseen = search.memo.validation_fit(model)
+    law_errors = model.with_law_errors.data.law_errors
+    seen_by = (model.data, model.refit.errors)
+    each = (seen_by,) if unseen is None else (seen_by, (unseen.data, unseen.errors))
+    return any(
+        remaining_error(replace(data, law_errors=law_errors), errors).above for data, errors in each
+    )
+
+
+def _as_given(last: FittedModel, first: FittedModel, stopped: Callable[[], bool]) -> FittedModel:
+    """The model as given, with the bending shapes and against the noise of the last one."""
+    if first.data.bare is last.data.bare:
+        return first.against(last.data)
+    return fit_model(last.data, first.effects, first.refit.problem.all_values(), stopped)
+
+
+def _is_better(search: Search, grown: FittedModel, last: FittedModel) -> bool:
+    """Whether a model with a law is better than the last one without: by unseen recordings if they
+    decide, else by the evidence against one noise."""
+    before, after = (search.memo.validation_fit(m) for m in (last, grown))
+    if before is not None and after is not None:
+        change = UnseenChange.between(before, after)
+        if change.surely_better or change.surely_worse:
+            return change.surely_better
+    least = min((grown, last), key=lambda m: m.refit.cost)
+    noise = Noise.of(last.data, least.refit.errors)
+    left, right = (noise.left(m.data, m.refit) for m in (last, grown))
+    fall = fall_of_bic(left, right, noise.products)
+    return fall is not None and fall > 0.0
+
+
+def _needed_beside(search: Search, grown: FittedModel, last: FittedModel) -> tuple[Effect, ...]:
+    """What is needed of the added effects beside a law, which stands before them and so stays."""
+    if within_noise(grown.data, grown.refit.errors):
+        return ()
+    stopped, law = search.progress.stopped, grown.effects[-1]
+    effects = (*search.memo.stated, law, *search.added(last))
+    values = {**last.refit.problem.all_values(), **grown.refit.problem.all_values()}
+    whole = fit_model(last.data, effects, values, stopped)
+    count = len(search.memo.stated) + 1
+    return needed_effects(whole.data, whole.refit, effects, count, stopped).effects
+
+
+def _ranking(search: Search, model: FittedModel) -> tuple[RankedEffect, ...]:
+    """The listed effects as ranked on a model; empty if they were not."""
+    known = search.memo.rounds.get(model.key)
+    return () if known is None else ranking_of(known.round, known.model.data)
+
+
+class Answer(NamedTuple):
+    """What a search for laws on a model has found."""
+
+    proposal: Proposal
+    grown: FittedModel | None
+    """The model with the first law."""
+
+
+@fast_thread_switching()
+def laws_on(search: Search, model: FittedModel, ranking: Sequence[RankedEffect] = ()) -> Answer:
+    """Laws for what a model leaves; `ranking`: the listed effects as ranked on it."""
+    clock = time.perf_counter()
+    answer = _Proposing(search, model, ranking).run()
+    proposal = replace(
+        answer.proposal, seconds=time.perf_counter() - clock, stopped=search.progress.stopped()
+    )
+    return answer._replace(proposal=proposal)
 
 
 class _Proposing:
     """One search for laws."""
 
-    def __init__(
-        self, fitted: BaseFit, options: Options, progress: Progress,
-        ranking: Sequence[RankedEffect], added: int,
-    ) -> None:  # fmt: skip
-        effects = tuple(fitted.base.problem.model.effects)
-        self.model = FittedModel(fitted.data, fitted.base, effects)
-        self.motions = actual_motions(self.model)
-        self.progress, self.ranking, self.stated = progress, ranking, len(effects) - added
-        self.memo = Memo(fitted.validation, effects, fitted.data.bare.arm.modes)
-        self.search = Search(options, progress, None, self.memo)
+    def __init__(self, search: Search, model: FittedModel, ranking: Sequence[RankedEffect]) -> None:
+        self.model, self.search, self.ranking = model, search, ranking
+        self.motions = actual_motions(model)
+        self.progress, self.memo, self.stated = (
+            search.progress, search.memo, len(search.memo.stated)
+        )  # fmt: skip
 
-    def run(self) -> Proposal:
+    def run(self) -> Answer:
         """The whole search."""
         model = self.model
         if not remaining_error(model.data, model.refit.errors).above:
-            return Proposal(reason=WITHIN_NOISE)
+            return Answer(Proposal(reason=WITHIN_NOISE), None)
         functions = self._carriers()
         carriers = tuple(carrier_of(f) for f in functions[:REFITTED])
-        if not functions or functions[0].share < LEAST_SHARE or self.progress.stopped():
-            return Proposal(carriers, reason=NO_CARRIER)
+        least = WHOLE_SHARE if model.data.tolerances else LEAST_SHARE
+        if not functions or functions[0].share < least or self.progress.stopped():
+            return Answer(Proposal(carriers, reason=NO_CARRIER), None)
         laws = self._short_laws(functions)
         if self.progress.stopped():
-            return Proposal(carriers, reason=NO_LAW)
+            return Answer(Proposal(carriers, reason=NO_LAW), None)
         return self._tried(carriers, laws)
 
     def _carriers(self) -> list[SmoothFunction]:
@@ -204,7 +317,7 @@ class _Proposing:
             return f
         return smooth_functions(self.model, f.target, [(f.variable, f.factor)], FINE)[0]
 
-    def _tried(self, carriers: tuple[Carrier, ...], laws: Sequence[Law]) -> Proposal:
+    def _tried(self, carriers: tuple[Carrier, ...], laws: Sequence[Law]) -> Answer:
         """The laws as candidates of one more round."""
         arm, taken = self.model.data.bare.arm, set(self.model.refit.problem.model.parameters)
         by_kind = {f"law_{i + 1}": law for i, law in enumerate(laws)}
@@ -215,13 +328,15 @@ class _Proposing:
         found = self.search.round_of(self.model, effects, "Trying the laws in the model", 1)
         refused = tuple((r.refitted.screened.effect.title, r.objection) for r in found.refusals)
         if found.accepted is None:
-            return Proposal(carriers, reason=NO_LAW, refused=refused)
+            return Answer(Proposal(carriers, reason=NO_LAW, refused=refused), None)
         chosen = self._chosen(found, by_kind)
         noise = Noise.of(found.data, found.screen.remainders)
         stated = tuple(self._law(w, refit, by_kind, noise) for w, refit in chosen)
         needless = self._needless(found)
         experiments = self._experiments(chosen)
-        return Proposal(carriers, stated, "", refused, experiments, needless)
+        proposal = Proposal(carriers, stated, "", refused, experiments, needless)
+        own = found.accepted.screened.effect
+        return Answer(proposal, FittedModel(found.data, found.after, (*self.model.effects, own)))
 
     def _needless(self, found: Round) -> tuple[str, ...]:
         """Titles of the effects that came in before the first law and are not needed beside it."""
@@ -258,14 +373,14 @@ class _Proposing:
         law, data, own = by_kind[w.screened.effect.kind], self.model.data, w.screened.effect
         names = parameter_names(own, refit.problem.model, data.sizes)
         left, count = noise.left(data, refit), data.count
-        listed = {e.name: e for e in estimates(refit)}
-        at = law.with_values([listed[name].value for name in names])
+        stated = {e.name: e for e in estimates(refit)}
+        at = law.with_values([stated[name].value for name in names])
         relative, likeness = self._relative(refit)
         grown = FittedModel(data, refit, (*self.model.effects, own))
         fall = fall_of_bic(noise.left(data, self.model.refit), left, noise.products)
         return ProposedLaw(
             title=own.title, target=law.target, formula=at.formula(names),
-            latex=own.formula, parameters=tuple(listed[name] for name in names),
+            latex=own.formula, parameters=tuple(stated[name] for name in names),
             terms=tuple(_term(term, grown, names) for term in at.terms), explained=w.reduction,
             rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
             unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),

@@ -125,6 +125,11 @@ def _scales(low: float, high: float) -> list[tuple[float, ...]]:
     return [((high - low) * s,) for s in (0.06, 0.12, 0.25, 0.5, 1.0, 2.0)]
 
 
+def _small_scales(low: float, high: float) -> list[tuple[float, ...]]:
+    """From where dry friction is sharp to where a root is straight."""
+    return [((high - low) * s,) for s in (0.001, 0.003, 0.01, 0.03, 0.1)]
+
+
 def _harmonics(low: float, high: float) -> list[tuple[float, ...]]:
     """Waves per turn, from half a wave over the range to ten."""
     least, most = np.pi / (high - low), 20.0 * np.pi / (high - low)
@@ -158,6 +163,10 @@ SHAPES = (
     Shape("straight line", "{a} + {b}*{x}", (_A, Size("b", 1))),
     Shape("square", "{a}*{x}**2", (Size("a", 2),)),
     Shape("square with its sign", "{a}*{x}*abs({x})", (Size("a", 2),)),
+    Shape("power of three halves with its sign", "{a}*{x}*abs({x})**0.5", (Size("a", 1.5),)),
+    Shape("square root with its sign", "{a}*{x}/(abs({x}) + {s})**0.5", (Size("a", 0.5),), (_S,),
+          _small_scales),
+    Shape("rise and fall", "{a}*{x}/{s}*exp(1 - abs({x})/{s})", (_A,), (_S,), _scales),
     Shape("proportional and square", "{a}*{x} + {b}*{x}*abs({x})", (Size("a", 1), Size("b", 2))),
     Shape("cube", "{a}*{x}**3", (Size("a", 3),)),
     Shape("parabola", "{a} + {b}*{x} + {e}*{x}**2", (_A, Size("b", 1), Size("e", 2))),

@@ -91,16 +91,16 @@ class JointTarget(ForceTarget):
         direction = self._direction(motions)
         bristle = f"hysteresis({word}, {QUICK})"
         seen_from_elsewhere = replace(direction, formula=bristle, state=bristle)
-        speeds = tuple(m.v[:, k] for m in motions)
-        speed = Factor("Damping", "times the speed", f"d{word}", f"{unit}/s", speeds, brakes=True)
+        speeds = [self._speed(model, motions, j) for j in range(arm.joints)]
         chosen = []
         for x in joint_variables(model, motions, k):
             coarse = replace(x, knots=COARSE)
             chosen.append((x, nothing))
             if x.place or x.word == f"u{k + 1}":
                 chosen.append((coarse, seen_from_elsewhere if x.elsewhere else direction))
-            if x.place:
-                chosen.append((coarse, speed))
+            for j, speed in enumerate(speeds):
+                product = x.place or x.word == f"u{k + 1}" or (j != k and x.word == f"d{word}")
+                chosen += [(coarse, speed)] if product else []
         return chosen + [(x, nothing) for x in bristle_shares(motions, k, unit)]
 
     def by_direction(
@@ -122,6 +122,15 @@ class JointTarget(ForceTarget):
             for x in variables
             if x.place and not x.elsewhere
         ]
+
+    def _speed(self, model: FittedModel, motions: Sequence[Trajectory], j: int) -> Factor:
+        """The speed of joint j, from 0: a product of it with a function of something else."""
+        own, speeds = j == self.number, tuple(m.v[:, j] for m in motions)
+        kinds = [joint(s.joint) for s in model.refit.problem.model.arm.segments]
+        noun = "Damping" if own else kinds[self.number].effort.capitalize()
+        unit = kinds[j].coordinate_unit
+        words = "times the speed" if own else f"times the speed of joint {j + 1}"
+        return Factor(noun, words, f"dtheta{j + 1}", f"{unit}/s", speeds, brakes=own)
 
     def _direction(self, motions: Sequence[Trajectory]) -> Factor:
         """One forwards, minus one backwards, and between them near rest."""

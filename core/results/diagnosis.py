@@ -42,6 +42,10 @@ class Remains:
     """channel -> mean square that the laws of the effects in the model may miss"""
     all_idealised: float = 0.0
     """The same over all channels."""
+    tolerated: Mapping[str, float] = field(default_factory=dict)
+    """channel -> mean square that a person allows the model to miss"""
+    all_tolerated: float = 0.0
+    """The same over all channels."""
 
     @property
     def above(self) -> bool:
@@ -53,6 +57,13 @@ class Remains:
         }
         whole = (ABOVE * self.rms_within) ** 2 + self.all_idealised
         return self.rms**2 > whole or any(x**2 > limits[n] for n, x in self.by_channel.items())
+
+    @property
+    def beyond_tolerance(self) -> bool:
+        """Whether it exceeds what a person allows the model to miss as well."""
+        allowed = {n: self.idealised.get(n, 0.0) + x for n, x in self.tolerated.items()}
+        whole = self.all_idealised + self.all_tolerated
+        return replace(self, idealised={**self.idealised, **allowed}, all_idealised=whole).above
 
     @property
     def above_floors(self) -> bool:

@@ -69,7 +69,7 @@ def diagnose(
     first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
-    from flexgui.core.propose.propose import with_proposal
+    from flexgui.core.propose.propose import competing_laws
 
     where = ConfinedFolder(Path(folder or "."))
     inputs = _search_inputs(scenario, identified or {}, where, progress)
@@ -87,7 +87,7 @@ def diagnose(
 
     found = search(
         inputs.setup, inputs.spec, inputs.recordings, inputs.options, progress, on_ranking,
-        reporter.fitted, reporter.settled,
+        reporter.fitted, reporter.settled, competing_laws if scenario.diagnose.propose else None,
     )  # fmt: skip
     first = next(iter(found.proposed), None)
     light = tuple(
@@ -96,9 +96,6 @@ def diagnose(
     reported = replace(found, rounds=light)
     step = replace(reporter.seen.step, left=found.steps[0].left)
     reporter.report(step=step, ranking=reported.ranking, diagnosis=reported)
-    if scenario.diagnose.propose:
-        whole = with_proposal(found, reporter.fitted, inputs.options, progress)
-        reporter.report(diagnosis=replace(reported, proposal=whole.proposal))
     if fit == AFTER and not progress.stopped():
         return replace(reporter.seen, outcome=refined(scenario, where, inputs, progress))
     return reporter.seen
