@@ -12,27 +12,22 @@ import numpy as np
 import pytest
 
 import flexgui as fg
+from flexgui.core.diagnose.memo import Memo
+from flexgui.core.diagnose.search import Found, Move, Search
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.diagnose.stated_results import estimates
+from flexgui.core.effects import effect
 from flexgui.core.estimate.fit_result import FitResult, robust_covariance
+from flexgui.core.estimate.fitted_model import FittedModel, fit_model
 from flexgui.core.progress import Silent
 from flexgui.core.propose import propose as proposing
-from flexgui.core.propose.propose import propose, with_proposal
-from flexgui.core.results import (
-    MISSING,
-    NOTHING,
-    UNLISTED,
-    Diagnosis,
-    LawTerm,
-    Proposal,
-    ProposedLaw,
-)
+from flexgui.core.propose.propose import competing_laws, propose
+from flexgui.core.results import UNLISTED, LawTerm, Proposal, ProposedLaw
 from flexgui.core.results.proposal import NO_CARRIER, WITHIN_NOISE
 from flexgui.core.trajectory import Trajectory
 from tests.diagnose import fits
 from tests.diagnose.test_stated_effects import bare
 from tests.propose.test_shapes import IN_NUMPY
-from tests.sentences.findings import FOUND
 
 DRIVE = fg.drives.VelocityLoop(gains=(60.0, 30.0))
 NOISE = {"camera_noise": 3e-5, "encoder_noise": 1e-5}
@@ -151,7 +146,7 @@ def test_what_a_camera_reads_too_much_is_found_in_its_channel() -> None:
     law = only_law(project(recordings).propose(), "z1", "z1")
     assert law.formula == "a*z1**2"
     assert values_of(law) == {"a": pytest.approx(0.02, rel=FOUND_VALUE)}
-    assert law.parameters[0].unit == "m/(m)^2"
+    assert law.parameters[0].unit == "1/m"
 
 
 def test_where_nothing_is_missing_nothing_is_proposed() -> None:
@@ -230,9 +225,38 @@ def test_a_search_that_is_stopped_ends_soon_and_says_so(after: int) -> None:
     assert found.stopped and not found.laws
 
 
-@pytest.mark.parametrize("verdict", [NOTHING, MISSING])
-def test_after_a_diagnosis_no_law_is_looked_for_where_its_list_was_enough(verdict: str) -> None:
-    told = Diagnosis(verdict, None, rounds=(), steps=FOUND.steps, not_applicable={})
-    assert with_proposal(told, bare(), Options(), Silent()) is told
-    stopped = Diagnosis(UNLISTED, None, rounds=(), steps=FOUND.steps, not_applicable={})
-    assert with_proposal(stopped, bare(), Options(), Stopping(0)) is stopped
+def searched(after: int = 10**9) -> tuple[Search, Found, FittedModel]:
+    """A search that ended at once on a model without viscous friction; and the model with it."""
+    fitted = bare()
+    memo = Memo(fitted.validation, (), fitted.data.bare.arm.modes)
+    search = Search(Options(), Stopping(after), None, memo)
+    model = FittedModel(fitted.data, fitted.base, ())
+    values = fitted.base.problem.all_values()
+    complete = fit_model(fitted.data, [effect("viscous_friction")], values, lambda: False)
+    return search, Found((Move(model),), ()), complete
+
+
+def test_where_the_list_was_enough_no_law_is_looked_for() -> None:
+    search, found, complete = searched()
+    enough = found._replace(path=(*found.path, Move(complete, "Viscous", ("viscous_friction",))))
+    assert competing_laws(search, enough) == (enough, None)
+
+
+def test_after_a_search_that_was_stopped_no_law_is_looked_for() -> None:
+    search, found, _ = searched(after=0)
+    assert competing_laws(search, found) == (found, None)
+
+
+@pytest.mark.long
+def test_a_listed_effect_that_imitates_a_law_is_not_named() -> None:
+    """Viscous and dry friction take most of a root of the speed."""
+    law = fg.formula("joint2", "-a*dtheta2/(abs(dtheta2) + 0.0005)**0.5", a=0.6)
+    recordings = recorded((0.6, 1.3, 1.9, 1.5), law, amplitude=2.0)
+    recordings[-1]["role"] = "validate"
+    found = project(recordings).diagnose()
+    assert found.verdict == UNLISTED and not found.added
+    proposal = found.propose()
+    assert proposal.needless
+    first = proposal.laws[0]
+    assert (first.target, first.carrier.variable) == ("joint2", "dtheta2")
+    assert first.unseen_rms[1] < AT_THE_NOISE

@@ -40,7 +40,8 @@ from tests.programs.sample.law_judge import shape_error
 SEED = 91
 STEP = 40e-6
 """s: the longest at which the chains are stable."""
-SECONDS = 3.0
+SECONDS, REST = 3.0, 0.1
+"""Of motion, and before it: a log begins before its motion."""
 ROLES = ("estimate",) * 4 + ("validate",)
 NAMES = tuple(f"posture{n}" for n in range(len(ROLES)))
 MIDDLES = ((-0.2, 0.9), (0.2, 1.3), (0.0, 1.1), (0.3, 1.5), (0.05, 1.15))
@@ -94,7 +95,8 @@ def rates_asked(arm: str, number: int) -> tuple[np.ndarray, np.ndarray]:
     way = begin * way + np.array(MIDDLES[number][:joints])
     rates = np.diff(way, axis=0, append=way[-1:]) / SAMPLE
     rates += SHAKEN * references(ARMS[arm], number, SECONDS)
-    return way[0], np.round(rates, RATE_DECIMALS)
+    still = np.zeros((round(REST / SAMPLE), joints))
+    return way[0], np.round(np.vstack([still, rates]), RATE_DECIMALS)
 
 
 def column_of(number: int) -> Callable[[float], float]:
