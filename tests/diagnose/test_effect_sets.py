@@ -96,7 +96,9 @@ def weighed(kind: str, share: float = 0.9) -> RefittedCandidate:
 
 
 BEFORE = SimpleNamespace(cost=3.0 * SAMPLES)
-DATA = SimpleNamespace(count=SAMPLES)
+DATA = SimpleNamespace(count=SAMPLES, tolerances={})
+TOLERANT = SimpleNamespace(count=SAMPLES, tolerances={"z1": 9.0})
+"""Where a person allows the model to miss three times the noise."""
 
 
 @dataclass(frozen=True)
@@ -182,10 +184,12 @@ class Refusing:
         return self.change
 
 
-def singly(judge: Refusing, *ranked: RefittedCandidate) -> tuple[Round, list[str]]:
+def singly(
+    judge: Refusing, *ranked: RefittedCandidate, data: Any = DATA
+) -> tuple[Round, list[str]]:
     """What a round accepts of these, and whether sets were asked for."""
     seen: Any = SimpleNamespace(asked=[])
-    work = Scripted(cast(Any, DATA), cast(Any, BEFORE), (), seen, 1, NEVER, cast(Any, judge))
+    work = Scripted(data, cast(Any, BEFORE), (), seen, 1, NEVER, cast(Any, judge))
     return work._accept_single(ranked, 2), seen.asked
 
 
@@ -204,6 +208,18 @@ def test_what_explains_a_small_share_stands_where_unseen_recordings_confirm_it(
     if not accepted:
         assert [r.objection.reason for r in found.refusals] == [Reason.SMALL_SHARE]
     assert singly(Refusing(change=unseen), replace(small, explained=0.5))[0].accepted is None
+
+
+@pytest.mark.parametrize(
+    ("share", "change", "accepted"),
+    [(0.95, None, True), (0.95, -0.1, True), (0.95, -0.01, False), (0.7, -0.1, False)],
+)
+def test_of_what_a_person_tolerates_an_effect_explains_nearly_all_of_unseen_recordings_too(
+    share: float, change: float | None, accepted: bool
+) -> None:
+    unseen = None if change is None else UnseenChange(1.0, change, 0.01)
+    found, _ = singly(Refusing(change=unseen), weighed("torque_offset", share), data=TOLERANT)
+    assert (found.accepted is not None) == accepted
 
 
 def test_no_set_is_refitted_twice_though_a_size_of_the_model_is_pressed_to_its_bound() -> None:

@@ -13,7 +13,12 @@ import pytest
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.ladder import ladder
 from flexgui.core.diagnose.memo import Memo
-from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
+from flexgui.core.diagnose.noise_update import (
+    LEAST_RATIO,
+    against_noise_alone,
+    higher_floors,
+    lower_floors,
+)
 from flexgui.core.diagnose.remaining_error import remaining_error
 from flexgui.core.diagnose.search import Found, Search
 from flexgui.core.diagnose.search_options import Options
@@ -129,6 +134,16 @@ def test_floors_that_are_right_stay() -> None:
     model = found_with(1.0, "viscous_friction")
     assert within_noise(model.data, model.refit.errors)
     assert lower_floors(model, Options(), None, True) is None
+
+
+def test_what_a_person_tolerates_is_seen_against_the_noise_alone() -> None:
+    model = found_with(HIDDEN)
+    seen = against_noise_alone(model, Options())
+    assert seen is not None and not within_noise(seen.data, seen.refit.errors)
+    left = remaining_error(seen.data, seen.refit.errors)
+    assert left.above and not left.beyond_tolerance
+    assert against_noise_alone(seen, Options()) is None
+    assert against_noise_alone(found_with(HIDDEN, "viscous_friction"), Options()) is None
 
 
 def test_a_lower_noise_that_no_effect_confirms_changes_nothing() -> None:

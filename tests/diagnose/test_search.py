@@ -23,7 +23,7 @@ from flexgui.core.progress import Silent
 from tests.diagnose.test_stated_effects import bare
 
 SAMPLES = 1000
-QUESTIONS = 7
+QUESTIONS = 8
 """That the search asks of a model, each at most once."""
 
 EFFECTS = ("backlash", "camera_delay", "tip_payload")
@@ -65,7 +65,7 @@ class Scripted(Search):
         return cast("Move | None", self.draw(ANSWERS))
 
     _noise_of_better_model = _shapes_of_better_model = _addition = _reduction = _answer
-    _exchange = _shapes = _noise = _answer
+    _exchange = _shapes = _noise = _noise_alone = _answer
 
 
 @settings(max_examples=300, deadline=None)
@@ -96,7 +96,7 @@ def test_an_estimate_of_the_noise_that_no_effect_confirms_is_taken_back() -> Non
             return None
 
         _noise_of_better_model = _shapes_of_better_model = _reduction = _answer
-        _exchange = _shapes = _answer
+        _exchange = _shapes = _noise_alone = _answer
 
         def _addition(self, model: Any) -> Move | None:
             self.proposed = () if model.data.floors["z1"] == 1.0 else ("backlash",)
