@@ -46,7 +46,7 @@ def needless_sentence(proposal: Proposal) -> str:
     them = "it" if len(proposal.needless) == 1 else "them"
     return (
         f"With the {'first ' if len(proposal.laws) > 1 else ''}law the error is as small without "
-        f"{listed(proposal.needless)}: take {them} out of the model."
+        f"{listed(proposal.needless)}: the model does not need {them}."
     )
 
 

@@ -291,18 +291,26 @@ def _unjudged(diagnosis: Diagnosis) -> list[str]:
 
 
 def _unlisted(diagnosis: Diagnosis) -> list[str]:
-    opening = (
-        f"Something is missing that is not in the list of effects. {_given_error(diagnosis)} None "
-        f"of the {len(diagnosis.ranking)} effects tried reduces the error enough."
-    )
-    if best := _best(diagnosis.ranking):
+    lead = f"Something is missing that is not in the list of effects. {_given_error(diagnosis)}"
+    proposal = diagnosis.proposal
+    laws, imitators = (proposal.laws, proposal.needless) if proposal else ((), ())
+    opening = f"{lead} None of the {len(diagnosis.ranking)} effects tried reduces the error enough."
+    if laws and imitators:
+        one = len(imitators) == 1
+        opening = (
+            f"{lead} {listed(imitators)} {'explains' if one else 'explain'} a part of it. A law "
+            f"explains more, without {'it' if one else 'them'}."
+        )
+    elif best := _best(diagnosis.ranking):
         closest = f"The best, {best[0]}, explains {best[1]} of the error above the noise floor."
         opening = " ".join(part for part in (opening, closest, _refused(diagnosis)) if part)
     advice = (
         f"{_error_by_channel(diagnosis)} The error maps show when and where it happens. You can "
         "write your own effect as a formula."
     )
-    line, not_tried = vibration(diagnosis.error_left), _not_tried(diagnosis)
+    explained_by_law = any(law.rms[1] < ABOVE_IN_ONE for law in laws)
+    line = "" if explained_by_law else vibration(diagnosis.error_left)
+    not_tried = _not_tried(diagnosis)
     return [opening, line, not_tried, advice, _at_bounds(diagnosis)]
 
 
