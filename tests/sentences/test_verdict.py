@@ -52,6 +52,7 @@ from tests.sentences.findings import (
     step,
     text,
 )
+from tests.sentences.proposals import law, proposal
 
 STRIBECK, MODE, VERDICTS = "stribeck_friction", "extra_bending_mode", (MISSING, NOTHING, UNLISTED)
 LARGER_FIRST = (ranked(STRIBECK, 99.5, 5000.0), ranked(FRICTION, 80.0, 900.0))
@@ -136,6 +137,12 @@ CASES: dict[str, Diagnosis] = {
         FOUND, verdict=UNLISTED, final_verdict=UNLISTED, steps=(GIVEN,), kept=(),
         rounds=(DiagnosisRound(RIVALS[1:], None),), error_left=left(19.0, ("theta1", 7.5)),
         not_applicable={"camera_delay": "No output of a camera is compared."},
+    ),
+    "unlisted, with a law that two listed effects imitate": replace(
+        FOUND, verdict=UNLISTED, final_verdict=UNLISTED, steps=(GIVEN,), kept=(),
+        rounds=(DiagnosisRound(RIVALS[1:], None),),
+        error_left=replace(left(19.0, ("theta1", 7.5)), line=("z1", 15.0)),
+        proposal=proposal(law(rms=(19.0, 1.0)), needless=("Viscous friction", "Torque ripple")),
     ),
     "cannot be judged: the noise": unsure(
         (DoubtReason.REFUTED_NOISE, "u1", "N m", 2.2, 0.8),
