@@ -31,7 +31,8 @@ from .noise.whitening import error_products
 from .processors import fast_thread_switching, is_limited
 from .profile_likelihood import profile_likelihood
 from .progress import Progress, Silent, beside
-from .propose.propose import competing_laws, propose
+from .propose.competition import competing_laws
+from .propose.propose import propose
 from .recording.recording import Recording
 from .results import (
     Diagnosis,

@@ -21,7 +21,8 @@ from flexgui.core.estimate.fit_result import FitResult, robust_covariance
 from flexgui.core.estimate.fitted_model import FittedModel, fit_model
 from flexgui.core.progress import Silent
 from flexgui.core.propose import propose as proposing
-from flexgui.core.propose.propose import competing_laws, propose
+from flexgui.core.propose.competition import competing_laws
+from flexgui.core.propose.propose import propose
 from flexgui.core.results import UNLISTED, LawTerm, Proposal, ProposedLaw
 from flexgui.core.results.proposal import NO_CARRIER, WITHIN_NOISE
 from flexgui.core.trajectory import Trajectory

@@ -69,7 +69,7 @@ def diagnose(
     first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
-    from flexgui.core.propose.propose import competing_laws
+    from flexgui.core.propose.competition import competing_laws
 
     where = ConfinedFolder(Path(folder or "."))
     inputs = _search_inputs(scenario, identified or {}, where, progress)
