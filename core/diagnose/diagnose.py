@@ -11,7 +11,7 @@ from ..diagnose.base_fit import BaseFit, fit_base
 from ..diagnose.candidates import not_applicable, ruled_out
 from ..diagnose.ladder import Ladder, ladder
 from ..diagnose.memo import Memo
-from ..diagnose.noise_update import current_floors
+from ..diagnose.noise_update import against_noise_alone, current_floors
 from ..diagnose.progress_messages import LAST, ORDER, fit_title
 from ..diagnose.remaining_error import doubts, remaining_error
 from ..diagnose.search import Found, LawSearch, Search
@@ -77,6 +77,7 @@ def diagnose(
     remaining, base_error = (
         remaining_error(m.data, m.refit.errors, m.refit.problem) for m in (last, first)
     )
+    remaining = replace(remaining, over_noise=_tolerated(last, remaining, options))
     added, stopped = last.effects[len(stated) :], progress.stopped()
     steps = climbed.steps(memo)
     floors = current_floors(last, options)
@@ -119,6 +120,15 @@ def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel
     if data.rig.servo:
         refit = with_simulated_deviations(data, refit, options.stated_noise)
     return replace(last, data=data, refit=refit).with_law_errors
+
+
+def _tolerated(last: FittedModel, remaining: Remains, options: Options) -> float:
+    """What the last model leaves, in noise alone, where a tolerance allows it; else NaN."""
+    alone = against_noise_alone(last, options)
+    if alone is not None:
+        return remaining_error(alone.data, alone.refit.errors).rms
+    allowed = remaining.above and not remaining.beyond_tolerance
+    return remaining.rms if allowed else float("nan")
 
 
 def _further_shapes(last: FittedModel, given: Arm) -> tuple[int, ...]:

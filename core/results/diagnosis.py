@@ -46,6 +46,9 @@ class Remains:
     """channel -> mean square that a person allows the model to miss"""
     all_tolerated: float = 0.0
     """The same over all channels."""
+    over_noise: float = float("nan")
+    """Over all channels, in noise alone, where that is above it and a tolerance allows it; else
+    NaN."""
 
     @property
     def above(self) -> bool:

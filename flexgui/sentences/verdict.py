@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -77,8 +78,8 @@ def _further_shapes(diagnosis: Diagnosis) -> str:
 def is_explained(diagnosis: Diagnosis) -> bool:
     """Whether nothing is missing and the error is at its noise floor, on validation too."""
     above = validation_rms(diagnosis.steps[-1].errors) >= ABOVE_IN_ONE
-    nothing = diagnosis.standing_verdict == NOTHING
-    return nothing and not (above or diagnosis.error_left.above_floors)
+    left, nothing = diagnosis.error_left, diagnosis.standing_verdict == NOTHING
+    return nothing and not (above or left.above_floors or math.isfinite(left.over_noise))
 
 
 def card_words(diagnosis: Diagnosis) -> tuple[str, str, str]:
@@ -209,6 +210,12 @@ IDEALISED = (
 def _at_the_floor(diagnosis: Diagnosis) -> str:
     """The fitted recordings are explained; the validation recordings may not be."""
     remains, validation = diagnosis.error_left, validation_rms(diagnosis.steps[-1].errors)
+    if math.isfinite(remains.over_noise):
+        return (
+            f"The error is {times(remains.over_noise)} the noise, and within the modelling "
+            "tolerance ([diagnose] fidelity). No listed effect explains most of what is above the "
+            "noise."
+        )
     if remains.above_exact_laws:
         return IDEALISED
     if remains.above_floors:

@@ -178,6 +178,7 @@ CASES: dict[str, Diagnosis] = {
         FOUND, unstated_noise=("torque_noise", "encoder_noise"),
         error_left=replace(left(1.3), within={"theta1": 1.5, "z1": 1.5}, rms_within=1.5),
     ),
+    "a tolerated error": replace(FOUND, error_left=replace(left(0.9), over_noise=3.7)),
     "confusable": ranking(
         ranked(FRICTION, 99.4, 12.0, VISCOUS), *RIVALS[1:], experiments=(
             PlannedExperiment({"seconds": 3.0}, "rad/s", 50.0, ("Friction", "Damping")),
