@@ -181,6 +181,8 @@ class FollowingServo:
     faster_loop: bool = False
     """Whether the rig's loop runs faster than its recording, so that a recorded torque is that of
     its instant; else it is held until the next sample."""
+    loop_stated: bool = False
+    """Whether that is stated; else the smaller error decides."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints, the servo on the difference; p

@@ -2,8 +2,8 @@
 
 A loop at the recording's rate holds each torque that it records until the next sample. A logger
 that keeps one sample in ten writes the torque of its instant: half a sample of the recording
-earlier. At 100 Hz that looks like a delay of 5 ms, or like viscous friction. Nobody states it, and
-it costs no parameter, so the smaller error decides.
+earlier. At 100 Hz that looks like a delay of 5 ms, or like viscous friction. Where nobody states it
+([identify] torques_logged), the smaller error decides: it costs no parameter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def with_faster_loop(model: Model) -> Model:
     """The model, its torques as those of their instants: the safer start. Where they are held, each
     step of a noisy current shakes the links, by far too much while inertias are wrong."""
     servo = model.steering
-    if servo is None or servo.faster_loop:
+    if servo is None or servo.faster_loop or servo.loop_stated:
         return model
     return model.steered_by(replace(servo, faster_loop=True))
 
@@ -39,9 +39,10 @@ def with_faster_loop(model: Model) -> Model:
 def better_loop(residuals: Residuals, vector: np.ndarray) -> FollowingServo | None:
     """The virtual servo for the other rate of the loop, where it leaves less error near a `vector`
     (P,), once the unknowns have followed by a linear step: a friction that is fitted with the wrong
-    rate makes up for a part of it. None where it does not, and where no torque is compared."""
+    rate makes up for a part of it. None where it does not, where it is stated how torques were
+    logged, and where no torque is compared."""
     servo = residuals.experiments[0].model.steering
-    if servo is None or TORQUE not in residuals.experiments[0].kinds:
+    if servo is None or servo.loop_stated or TORQUE not in residuals.experiments[0].kinds:
         return None
     other = replace(servo, faster_loop=not servo.faster_loop)
     before, after = (replace(r, anchor=None) for r in (residuals, with_servo(residuals, other)))

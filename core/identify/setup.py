@@ -206,7 +206,8 @@ def _servo(
     hz = spec.servo_hz or DEFAULT_HZ
     return model.drive.servo(
         model.drive, hz, tuple(float(x) for x in inertia), processing.band_hz(kinds),
-        torque_hz=processing.band_hz([TORQUE]),
+        torque_hz=processing.band_hz([TORQUE]), faster_loop=spec.torques_logged == "at_instant",
+        loop_stated=spec.torques_logged is not None,
     )  # fmt: skip
 
 

@@ -86,6 +86,9 @@ class IdentifySpec(Settings):
     servo_hz: Positive | None = None
     """Hz, bandwidth of the virtual servo that moves the joints along the encoders; None: 60 where
     one is needed."""
+    torques_logged: Literal["held", "at_instant"] | None = None
+    """How recorded torques were logged: held until the next sample, or of their instant, as by a
+    loop that runs faster than the recording; None: whichever leaves less error."""
     seed: Whole = 1
     """Of the random numbers of the first population."""
     population: Annotated[Whole, Field(ge=5, le=10_000)] = 30

@@ -57,6 +57,8 @@ def test_the_rate_of_the_loop_is_seen_in_the_torque(ratio: int, faster: bool) ->
     assert rms(right(nothing)) < LEFT * size
     assert rms(wrong(nothing)) > HALF_SAMPLE_LATE * size
     assert better_loop(right, nothing) is None
+    stated = with_servo(wrong, replace(wrong.experiments[0].model.servo, loop_stated=True))
+    assert better_loop(stated, nothing) is None
     servo = better_loop(wrong, nothing)
     assert servo is not None and servo.faster_loop == faster
     assert with_servo(wrong, servo)(nothing) == pytest.approx(right(nothing))

@@ -117,7 +117,7 @@ def begin_again(document: ScenarioDict) -> None:
     measured = [e for e in document.get("recordings", ()) if "simulate" not in e]
     document["recordings"] = with_lists(measured)
     identify = document.setdefault("identify", {})
-    for name in ("output", "servo_hz", "weights", "offsets"):
+    for name in ("output", "servo_hz", "torques_logged", "weights", "offsets"):
         identify.pop(name, None)
     document.pop("model", None)
 
