@@ -242,4 +242,4 @@ def test_what_remains_says_the_line_and_its_channel():
 
 def only(e: Prepared) -> Any:
     """Data of one recording, with floors that are known."""
-    return SimpleNamespace(experiments=[e], floor_uncertainty={}, law_errors={})
+    return SimpleNamespace(experiments=[e], floor_uncertainty={}, law_errors={}, tolerances={})
