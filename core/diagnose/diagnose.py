@@ -77,7 +77,7 @@ def diagnose(
     remaining, base_error = (
         remaining_error(m.data, m.refit.errors, m.refit.problem) for m in (last, first)
     )
-    remaining = replace(remaining, over_noise=_tolerated(last, remaining, options))
+    remaining = replace(remaining, over_noise=_tolerated(last, options))
     added, stopped = last.effects[len(stated) :], progress.stopped()
     steps = climbed.steps(memo)
     floors = current_floors(last, options)
@@ -122,13 +122,11 @@ def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel
     return replace(last, data=data, refit=refit).with_law_errors
 
 
-def _tolerated(last: FittedModel, remaining: Remains, options: Options) -> float:
+def _tolerated(last: FittedModel, options: Options) -> float:
     """What the last model leaves, in noise alone, where a tolerance allows it; else NaN."""
-    alone = against_noise_alone(last, options)
-    if alone is not None:
-        return remaining_error(alone.data, alone.refit.errors).rms
-    allowed = remaining.above and not remaining.beyond_tolerance
-    return remaining.rms if allowed else float("nan")
+    seen = (against_noise_alone(last, options) or last).with_law_errors
+    left = remaining_error(seen.data, seen.refit.errors)
+    return left.rms if left.above and not left.beyond_tolerance else float("nan")
 
 
 def _further_shapes(last: FittedModel, given: Arm) -> tuple[int, ...]:
