@@ -192,12 +192,8 @@ def _remains(diagnosis: Diagnosis) -> str:
         NOTHING: _at_the_floor, UNLISTED: _unexplained, MISSING: _more, UNJUDGED: _doubts,
     }  # fmt: skip
     ending = endings[diagnosis.final_verdict](diagnosis) if diagnosis.final_verdict else ""
-    parts = (
-        _error_by_channel(diagnosis),
-        validation_sentence(diagnosis.steps[-1].errors),
-        ending,
-        _refused(diagnosis),
-    )
+    unseen = validation_sentence(diagnosis.steps[-1].errors)
+    parts = (_error_by_channel(diagnosis), unseen, ending, _refused(diagnosis))
     return " ".join(p for p in parts if p)
 
 
@@ -303,11 +299,9 @@ def _unlisted(diagnosis: Diagnosis) -> list[str]:
     laws, imitators = (proposal.laws, proposal.needless) if proposal else ((), ())
     opening = f"{lead} None of the {len(diagnosis.ranking)} effects tried reduces the error enough."
     if laws and imitators:
-        one = len(imitators) == 1
-        opening = (
-            f"{lead} {listed(imitators)} {'explains' if one else 'explain'} a part of it. A law "
-            f"explains more, without {'it' if one else 'them'}."
-        )
+        explain, them = ("explains", "it") if len(imitators) == 1 else ("explain", "them")
+        part = f"{listed(imitators)} {explain} a part of it."
+        opening = f"{lead} {part} A law explains more, without {them}."
     elif best := _best(diagnosis.ranking):
         closest = f"The best, {best[0]}, explains {best[1]} of the error above the noise floor."
         opening = " ".join(part for part in (opening, closest, _refused(diagnosis)) if part)
@@ -315,10 +309,9 @@ def _unlisted(diagnosis: Diagnosis) -> list[str]:
         f"{_error_by_channel(diagnosis)} The error maps show when and where it happens. You can "
         "write your own effect as a formula."
     )
-    explained_by_law = any(law.rms[1] < ABOVE_IN_ONE for law in laws)
-    line = "" if explained_by_law else vibration(diagnosis.error_left)
-    not_tried = _not_tried(diagnosis)
-    return [opening, line, not_tried, advice, _at_bounds(diagnosis)]
+    by_law = any(law.rms[1] < ABOVE_IN_ONE for law in laws)
+    line = "" if by_law else vibration(diagnosis.error_left)
+    return [opening, line, _not_tried(diagnosis), advice, _at_bounds(diagnosis)]
 
 
 def _best(ranking: Sequence[RankedEffect]) -> tuple[str, str] | None:
