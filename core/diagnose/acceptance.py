@@ -111,15 +111,18 @@ class Acceptance:
         it explains more than the noise itself. Of what a person allows the model to miss it
         explains nearly all, and unseen recordings confirm it where there are any."""
         objection = self.judge.objection(data, after, [w.screened.effect], larger=True)
-        least = WHOLE_SHARE if self.data.tolerances else LEAST_SHARE
-        if objection is not None or (w.reduction >= least and not self.data.tolerances):
+        tolerated = bool(self.data.tolerances)
+        enough = w.reduction >= (WHOLE_SHARE if tolerated else LEAST_SHARE)
+        if objection is not None or (enough and not tolerated):
             return objection
+        if tolerated and not enough:
+            return small_share(w)
         unseen = self.judge.unseen(data, after)
-        if self.data.tolerances:
-            confirmed = w.reduction >= least and (unseen is None or unseen.surely_better)
-        else:
-            confirmed = unseen is not None and unseen.surely_better and w.explained > 1.0
-        return None if confirmed else small_share(w)
+        if unseen is not None and unseen.surely_better:
+            return None if tolerated or w.explained > 1.0 else small_share(w)
+        if tolerated:
+            return None if unseen is None else Objection(Reason.UNSEEN, unseen=unseen.rms)
+        return small_share(w)
 
     def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, FitData, FitResult]:
         """The candidate, converged, with its best shape and the share of the error that a ladder

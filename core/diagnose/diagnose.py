@@ -50,8 +50,8 @@ def diagnose(
 
     `base_fit`: result of `fit_base_to_recordings` for the same arguments, if there is one; `on_end`
     takes the fit of the model as it stands at the end; `laws` compete with the listed effects where
-    more than noise is left. InputError if the recordings lack what the
-    model needs. A stopped search keeps what it found.
+    more than noise is left. InputError if the recordings lack what the model needs. A stopped
+    search keeps what it found.
     """
     options, progress = options or Options(), progress or Silent()
     clock = time.perf_counter()

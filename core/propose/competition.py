@@ -27,8 +27,8 @@ from ..sentences import listed
 
 def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None]:
     """Where a search ends if laws compete with what it has added, and the laws; None where nothing
-    is left to explain. The model as given with a law is kept where it is better than the one with
-    all that was added."""
+    is left to explain, or where listed effects are still to be added first. The model as given with
+    a law is kept where it is better than the one with all that was added."""
     last = against_noise_alone(found.model, search.options) or found.model
     if search.progress.stopped() or not _leaves_more_than_noise(search, last):
         return found, None
@@ -37,6 +37,8 @@ def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None
         other = _instead_of_added(search, seen)
         if other is not None:
             return other
+    if found.proposed or (search.added(last) and not search.options.adds):
+        return found, None
     answer = laws_on(search, last, _ranking(search, last))
     if last.data.tolerances and answer.grown is None:
         return found, None
@@ -45,7 +47,7 @@ def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None
 
 def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | None:
     """The model as given with a law, and with those of the added effects that are needed beside it;
-    None where what was added is better."""
+    None where what was added is better, or all of it is needed."""
     last, first, stopped = found.model, found.path[0], search.progress.stopped
     given = _as_given(last, first.model, stopped)
     answer = laws_on(search, given, _ranking(search, first.model))
@@ -53,6 +55,8 @@ def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | 
         return None
     listed_effects = _needed_beside(search, answer.grown, last)
     kept = [e for e in search.added(last) if e in listed_effects]
+    if len(kept) == len(search.added(last)):
+        return None
     if not kept:
         return Found((first._replace(model=given),), ()), _without(answer.proposal, search, last)
     values = last.refit.problem.all_values()

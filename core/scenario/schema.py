@@ -144,7 +144,7 @@ class DiagnoseSpec(Settings):
     per_recording: tuple[Words, ...] = ()
     """Ids of effects whose parameters belong to a rig: estimated again on validation data."""
     propose: Switch = True
-    """Whether laws are proposed where no listed effect explains what is left."""
+    """Whether laws that nobody listed are asked for where more than noise is left."""
 
 
 class CompareSpec(Settings):

@@ -220,6 +220,9 @@ def test_of_what_a_person_tolerates_an_effect_explains_nearly_all_of_unseen_reco
     unseen = None if change is None else UnseenChange(1.0, change, 0.01)
     found, _ = singly(Refusing(change=unseen), weighed("torque_offset", share), data=TOLERANT)
     assert (found.accepted is not None) == accepted
+    if not accepted:
+        wanted = Reason.UNSEEN if share > 0.9 else Reason.SMALL_SHARE
+        assert [r.objection.reason for r in found.refusals] == [wanted]
 
 
 def test_no_set_is_refitted_twice_though_a_size_of_the_model_is_pressed_to_its_bound() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -113,6 +113,16 @@ def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
     assert CLOSER**2 * apart(taken_off) < apart(plain)
 
 
+def diverging_below(fewest: int) -> Callable[..., list[np.ndarray]]:
+    """Simulations that hold together with so many steps per sample alone."""
+
+    def errors(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:
+        found = errors_with(residuals, vector, steps)
+        return found if steps >= fewest else [np.full_like(e, np.nan) for e in found]
+
+    return errors
+
+
 @pytest.mark.parametrize(("fewest", "wanted"), [(1, 1), (2, 8), (4, 16)])
 def test_a_quarter_of_the_steps_holds_together(
     fewest: int, wanted: int, monkeypatch: pytest.MonkeyPatch
@@ -120,12 +130,8 @@ def test_a_quarter_of_the_steps_holds_together(
     """A screen simulates with so few: with a play on three links it had no number to begin with."""
     data, base = bare().data, bare().base
 
-    def diverging(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:
-        errors = errors_with(residuals, vector, steps)
-        return errors if steps >= fewest else [np.full_like(e, np.nan) for e in errors]
-
     enough = enough_substeps(data, (), base.problem.values())
-    monkeypatch.setattr(minimum, "errors_with", diverging)
+    monkeypatch.setattr(minimum, "errors_with", diverging_below(fewest))
     assert enough_substeps(data, (), base.problem.values()) == max(enough, wanted)
 
 
@@ -136,10 +142,6 @@ def test_the_steps_of_a_corrected_descent_do_not_diverge(
     """The contacts of a play need more than the joints before it: its slopes were all zero."""
     data, base = bare().data, bare().base
 
-    def diverging(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:
-        errors = errors_with(residuals, vector, steps)
-        return errors if steps >= fewest else [np.full_like(e, np.nan) for e in errors]
-
-    monkeypatch.setattr(defect_correction, "errors_with", diverging)
+    monkeypatch.setattr(defect_correction, "errors_with", diverging_below(fewest))
     anchored, _ = anchor_at(replace(data, anchored_substeps=1, result_substeps=8), base.problem)
     assert anchored.anchored_substeps == wanted

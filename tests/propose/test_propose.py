@@ -243,6 +243,12 @@ def test_where_the_list_was_enough_no_law_is_looked_for() -> None:
     assert competing_laws(search, enough) == (enough, None)
 
 
+def test_a_listed_effect_that_the_limit_keeps_out_comes_before_a_law() -> None:
+    search, found, _ = searched()
+    kept_out = found._replace(proposed=("viscous_friction",))
+    assert competing_laws(search, kept_out) == (kept_out, None)
+
+
 def test_after_a_search_that_was_stopped_no_law_is_looked_for() -> None:
     search, found, _ = searched(after=0)
     assert competing_laws(search, found) == (found, None)

@@ -73,6 +73,7 @@ def _term_along(
         **{f"dtheta{k + 1}": x for k, x in enumerate(truth[f"{name}/rates"].T)},
         **{f"u{k + 1}": x for k, x in enumerate(truth[f"{name}/drive"].T)},
         **{f"z{k + 1}": x for k, x in enumerate(truth[f"{name}/tip"].T)},
+        **({"input1": truth[f"{name}/column"]} if f"{name}/column" in truth else {}),
     }
     word, factor = term.carrier.variable, term.carrier.factor
     if word.startswith("hysteresis("):
@@ -90,6 +91,7 @@ def _term_along(
         "times the sign of the speed": direction, "times the speed": speed,
         "while it moves forwards": (1.0 + direction) / 2.0,
         "while it moves backwards": (1.0 - direction) / 2.0, "": np.ones(len(x)),
+        **{f"times the speed of joint {k}": at.get(f"dtheta{k}") for k in (1, 2, 3)},
     }  # fmt: skip
     return np.asarray(value * by[factor])
 

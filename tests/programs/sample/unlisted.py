@@ -29,6 +29,7 @@ from flexgui.core.processors import at_most
 from flexgui.core.results import Diagnosis, ProposedLaw
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.workbench import run_scenario
+from flexgui.sentences.figures import validation_rms
 from tests.programs.mujoco.chain import mjcf
 from tests.programs.mujoco.excitation import RATE_DECIMALS, SAMPLE
 from tests.programs.mujoco.files import CAMERA_NOISE, ENCODER_NOISE, write_table
@@ -291,7 +292,7 @@ def judged(folder: Path) -> dict[str, Any]:
             f"{c.target} {c.variable} {c.factor} {c.share:.3f}" for c in proposal.carriers[:2]
         ],
         "reason": "" if proposal is None else proposal.reason,
-        "lines": [str(x) for x in getattr(diagnosis, "lines", ())],
+        "line": diagnosis.error_left.line,
     }  # fmt: skip
     if truth["law"] and laws:
         found |= _of_law(truth["law"], laws[0], folder)
@@ -299,29 +300,33 @@ def judged(folder: Path) -> dict[str, Any]:
 
 
 def _unseen(diagnosis: Diagnosis) -> float | None:
-    value = getattr(diagnosis.steps[-1], "validation_rms", None)
-    return None if value is None else round(float(value), 2)
+    rms = validation_rms(diagnosis.steps[-1].errors)
+    return round(rms, 2) if np.isfinite(rms) else None
 
 
 CARRIERS = {
-    "speed_power": "dtheta{t}", "place_bump": "theta{t}", "falling_friction": "dtheta{t}",
-    "column_torque": "input1", "column_friction": "input1", HYSTERESIS: "hysteresis(theta{t}",
+    "speed_power": ("dtheta{t}", ""), "place_bump": ("theta{t}", ""),
+    "falling_friction": ("dtheta{t}", ""), "column_torque": ("input1", ""),
+    "column_friction": ("input1", "times the sign of the speed"),
+    HYSTERESIS: ("hysteresis(theta{t}", ""), "load_damping": ("u{t}", "times the speed"),
+    "speeds_product": ("dtheta{t}", "times the speed of joint {c}"),
+    "damping_over_other": ("theta{c}", "times the speed"),
 }  # fmt: skip
+"""Form -> how the variable begins, and what its function is multiplied by; t is the joint that is
+pushed, c the one whose angle is read."""
 
 
 def _of_law(law: Mapping[str, Any], first: ProposedLaw, folder: Path) -> dict[str, Any]:
     truth = np.load(folder / "truth.npz")
-    word = CARRIERS.get(law["form"], "").format(t=law["target"] + 1, c=law["carrier"] + 1)
-    words = [t.carrier.variable for t in first.terms]
+    number = {"t": law["target"] + 1, "c": law["carrier"] + 1}
+    word, factor = (text.format(**number) for text in CARRIERS[law["form"]])
+    carriers = [t.carrier for t in first.terms]
     at = first.target == f"joint{law['target'] + 1}"
     unseen = [n for n, role in zip(NAMES, ROLES, strict=True) if role == "validate"]
-    try:
-        shape = shape_error(first, truth, unseen)
-    except KeyError:
-        shape = float("nan")
+    found = any(c.variable.startswith(word) and c.factor == factor for c in carriers)
     return {
-        "carrier": at and (not word or any(w.startswith(word) for w in words)),
-        "shape": round(shape, 3), "law_rms": [round(x, 2) for x in first.rms],
+        "carrier": at and found, "shape": round(shape_error(first, truth, unseen), 3),
+        "law_rms": [round(x, 2) for x in first.rms],
         "law_unseen": [round(x, 2) for x in first.unseen_rms],
     }  # fmt: skip
 
@@ -340,7 +345,7 @@ def line(found: Mapping[str, Any]) -> str:
             else "LAW"
         )
         return f"{head} | {marks} | {found['laws'][0]} | {found['carriers'][:1]}"
-    return f"{head} | {found['reason']} {found['carriers']} {found['lines']}"
+    return f"{head} | {found['reason']} {found['carriers']} {found['line']}"
 
 
 def _write_and_judge(name: str, folder: str, write_only: bool) -> dict[str, Any]:
