@@ -85,7 +85,7 @@ def diagnose(
     unfinished = stopped and not (proposed or added) and base_error.above
     verdict = UNJUDGED if unfinished else _verdict(bool(proposed or added), base_error, unsure)
     final = _verdict(bool(proposed), remaining, unsure) if options.adds and not stopped else None
-    if proposal is not None and proposal.laws and not proposed:
+    if proposal is not None and (proposal.laws or proposal.events) and not proposed:
         verdict = UNLISTED if verdict == NOTHING else verdict
         final = UNLISTED if final == NOTHING else final
     have = {e.kind for e in with_included(last.effects)}

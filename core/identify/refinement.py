@@ -143,7 +143,8 @@ def starts_over_horizon(
 ) -> list[np.ndarray]:
     """The starts (P,) of descents over whole recordings, from descents over growing first parts.
 
-    Starts that meet over one part go on as one.
+    Starts that meet over one part go on as one. A start that fits the next part better than where
+    it has led is returned to: what a model lacks may take a short part's descent anywhere.
     """
     vectors = list(starts)
     if all(e.model.arm.coordinates == e.model.arm.joints for e in residuals.experiments):
@@ -154,12 +155,24 @@ def starts_over_horizon(
         if counted < FEWEST_PER_UNKNOWN * len(residuals.unknowns):
             continue
         shorter, ends = _with_experiments(residuals, parts), dict[int, np.ndarray]()
+        vectors = _better_of_each(shorter, vectors, starts)
         shorter = with_enough_steps(shorter, vectors[0])
         for vector in vectors:
             if id(vector) not in ends:
                 ends[id(vector)] = _descended(shorter, vector, tuple(ends.values()), on_step)
         vectors = [ends[id(vector)] for vector in vectors]
-    return vectors
+    return _better_of_each(residuals, vectors, starts)
+
+
+def _better_of_each(
+    residuals: Residuals, ends: Sequence[np.ndarray], starts: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """The vector (P,) of each pair that leaves less error."""
+    distinct = list({id(x): x for x in (*ends, *starts)}.values())
+    found = residuals.costs(np.array(distinct))
+    costs = {id(x): c if np.isfinite(c) else np.inf for x, c in zip(distinct, found, strict=True)}
+    pairs = zip(ends, starts, strict=True)
+    return [start if costs[id(start)] < costs[id(end)] else end for end, start in pairs]
 
 
 def _descended(

@@ -40,7 +40,7 @@ def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None
     if found.proposed or (search.added(last) and not search.options.adds):
         return found, None
     answer = laws_on(search, last, _ranking(search, last))
-    if last.data.tolerances and answer.grown is None:
+    if last.data.tolerances and answer.grown is None and not answer.proposal.events:
         return found, None
     return seen, answer.proposal
 
@@ -51,6 +51,8 @@ def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | 
     last, first, stopped = found.model, found.path[0], search.progress.stopped
     given = _as_given(last, first.model, stopped)
     answer = laws_on(search, given, _ranking(search, first.model))
+    if answer.proposal.events:
+        return Found((first._replace(model=given),), ()), _without(answer.proposal, search, last)
     if answer.grown is None or not _is_better(search, answer.grown, last):
         return None
     listed_effects = _needed_beside(search, answer.grown, last)

@@ -31,11 +31,13 @@ from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
 from ..propose.carriers import SmoothFunction, missed_by_law, smooth_functions
+from ..propose.events import events_in
 from ..propose.short_laws import Law, ShortLaw, carrier_of, logarithm, short_laws
 from ..propose.targets import Target, targets
 from ..propose.variables import COARSE, FINE, actual_motions, ends
 from ..results import (
     Carrier,
+    Event,
     LawTerm,
     PlannedExperiment,
     Proposal,
@@ -120,6 +122,9 @@ class _Proposing:
             return Answer(Proposal(reason=WITHIN_NOISE), None)
         functions = self._carriers()
         carriers = tuple(carrier_of(f) for f in functions[:REFITTED])
+        events = self._events(functions)
+        if events:
+            return Answer(Proposal(carriers, events=events), None)
         least = WHOLE_SHARE if model.data.tolerances else LEAST_SHARE
         if not functions or functions[0].share < least or self.progress.stopped():
             return Answer(Proposal(carriers, reason=NO_CARRIER), None)
@@ -143,6 +148,13 @@ class _Proposing:
         for f in sorted(functions, key=lambda f: -f.share):  # one of several ways of a bristle
             best.setdefault((f.target.name, f.variable.word, f.factor.words), f)
         return list(best.values())
+
+    def _events(self, functions: Sequence[SmoothFunction]) -> tuple[Event, ...]:
+        """What happened once in each recording, where no variable carries nearly everything."""
+        if self.progress.stopped() or (functions and functions[0].share >= WHOLE_SHARE):
+            return ()
+        self.progress.stage("Asking whether something happened once in each recording", None)
+        return events_in(self.model, self.progress.stopped)
 
     def _of_target(self, target: Target) -> list[SmoothFunction]:
         choices = target.choices(self.model, self.motions)

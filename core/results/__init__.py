@@ -41,5 +41,5 @@ from ..results.outcome import (
     PresentEffect,
     Repeated,
 )
-from ..results.proposal import Carrier, LawTerm, Proposal, ProposedLaw
+from ..results.proposal import Carrier, Event, LawTerm, Proposal, ProposedLaw
 from ..results.state_equations import Quantity, StateEquations

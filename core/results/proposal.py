@@ -103,6 +103,24 @@ class ProposedLaw:
 
 
 @dataclass(frozen=True)
+class Event:
+    """A force that acts in one stretch of a recording, and at no other time."""
+
+    recording: str
+    start: float
+    stop: float
+    """s, in the recording's time"""
+    target: str
+    """Where it acts: 'joint1', ..., 'tip'."""
+    target_title: str
+    force: tuple[float, ...]
+    """Its mean in between, in `unit`: at the tip along z1 and z2."""
+    unit: str
+    rest: tuple[tuple[float, float], ...] = ()
+    """s: what is left of the recording without it, before and after."""
+
+
+@dataclass(frozen=True)
 class Proposal:
     """What a search for laws found."""
 
@@ -118,6 +136,8 @@ class Proposal:
     """Where two laws remain: what to measure next to decide, best first."""
     needless: tuple[str, ...] = ()
     """Titles of the effects that were found before and are not needed beside the first law."""
+    events: tuple[Event, ...] = ()
+    """Where a stretch of each recording causes the error: what acts there."""
     seconds: float = float("nan")
     """s, that the search took."""
     stopped: bool = False

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from flexgui.core.results import Carrier, Objection, Proposal, ProposedLaw
+from flexgui.core.results import Carrier, Event, Objection, Proposal, ProposedLaw
 from flexgui.core.results.proposal import NO_CARRIER, NO_LAW, WITHIN_NOISE
 from flexgui.core.sentences import listed
 from flexgui.sentences.experiments import experiment_sentence
@@ -27,6 +28,8 @@ def proposal_paragraphs(proposal: Proposal | None) -> tuple[str, ...]:
     """One paragraph each; none where no law was looked for."""
     if proposal is None:
         return ()
+    if proposal.events:
+        return (events_sentence(proposal.events), WITHOUT_EVENTS)
     if proposal.stopped and proposal.reason:
         return (STOPPED,)
     if proposal.reason:
@@ -50,8 +53,43 @@ def needless_sentence(proposal: Proposal) -> str:
     )
 
 
+WITHOUT_EVENTS = (
+    "Without these stretches the model explains nearly all of the error. Leave them out, and "
+    "diagnose what is left: state each of these recordings twice, with the window before and after "
+    "its event."
+)
+
+
+def event_words(event: Event) -> str:
+    """'between 1.2 and 1.4 s of r2 a force acts at the tip, about (3, -2) N'."""
+    numbers = [format_number(x, 2) for x in event.force]
+    size = f"({', '.join(numbers)})" if len(numbers) > 1 else numbers[0]
+    what = "force" if event.unit == "N" else "torque"
+    start, stop = (f"{t:.2f}" for t in (event.start, event.stop))
+    return (
+        f"between {start} and {stop} s of {event.recording} a {what} acts at {event.target_title}, "
+        f"about {size} {event.unit}"
+    )
+
+
+def event_sentence(event: Event) -> str:
+    """The same as a sentence of its own."""
+    words = event_words(event)
+    return f"{words[0].upper()}{words[1:]}."
+
+
+def events_sentence(events: Sequence[Event]) -> str:
+    """What happened, and where."""
+    happened = "; ".join(event_words(e) for e in events)
+    return (
+        f"No law explains this error: something happened once. {happened[0].upper()}{happened[1:]}."
+    )
+
+
 def proposed_line(proposal: Proposal | None) -> str:
-    """The first law in a line; empty without any."""
+    """The first law, or what happened, in a line; empty without any."""
+    if proposal is not None and proposal.events:
+        return events_sentence(proposal.events)
     if proposal is None or not proposal.laws:
         return ""
     law = proposal.laws[0]

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.errors import InputError
-from flexgui.core.results import ProposedLaw, RankedEffect
+from flexgui.core.results import Event, ProposedLaw, RankedEffect
 from flexgui.core.scenario.schema import Scenario
 from flexgui.session.scenario_edits import Edit, ScenarioDict
 from flexgui.stages.diagnose.model_versions import ModelVersion, ladder_steps
@@ -66,6 +66,23 @@ def with_law(law: ProposedLaw) -> Edit:
     def edit(document: ScenarioDict) -> None:
         mine = document.setdefault("model", {}).setdefault("own", [])
         mine.append({**law.settings, "id": _next_id(mine)})
+
+    return edit
+
+
+def without_events(events: Sequence[Event]) -> Edit:
+    """States a recording before and after what happened once in it."""
+    rests = {event.recording: event.rest for event in events}
+
+    def edit(document: ScenarioDict) -> None:
+        entries = list[dict[str, Any]]()
+        for entry in document.get("recordings", ()):
+            name = entry["name"]
+            windows = rests.get(name, (None,))
+            for k, window in enumerate(windows, start=1):
+                cut = {} if window is None else {"window": list(window)}
+                entries.append(entry | cut | ({"name": f"{name}, part {k}"} if k > 1 else {}))
+        document["recordings"] = entries
 
     return edit
 

@@ -19,6 +19,7 @@ from flexgui.core.results import (
     Diagnosis,
     DiagnosisRound,
     Estimate,
+    Event,
     LadderStep,
     LinearModel,
     Outcome,
@@ -261,6 +262,12 @@ def proposed_laws(version: ModelVersion | None) -> tuple[ProposedLaw, ...]:
     """Those that are proposed for a version."""
     found = None if version is None else version.diagnosis
     return () if found is None or found.proposal is None else found.proposal.laws
+
+
+def proposed_events(version: ModelVersion | None) -> tuple[Event, ...]:
+    """What happened once in recordings, as far as a version shows it."""
+    found = None if version is None else version.diagnosis
+    return () if found is None or found.proposal is None else found.proposal.events
 
 
 def error_stayed(versions: Sequence[ModelVersion]) -> bool:

@@ -22,7 +22,7 @@ from flexgui.page.widgets import (
     stage_macros,
 )
 from flexgui.sentences.figures import LITTLE, criteria_text, percent, short_percent
-from flexgui.sentences.proposal import carrier_words, proposal_paragraphs
+from flexgui.sentences.proposal import carrier_words, event_sentence, proposal_paragraphs
 from flexgui.sentences.ranked import explained_share, nesting, round_sentence, tie, worth_listing
 from flexgui.sentences.verdict import card_words, verdict_paragraphs
 from flexgui.sentences.written import format_number
@@ -40,7 +40,7 @@ from flexgui.views.table import mathml_lines
 WORDS = stage_macros(
     "diagnose", percent=percent, short_percent=short_percent, number=format_number, chance=chance,
     isfinite=math.isfinite, typeset_sizes=typeset_sizes, nesting=nesting, tie=tie,
-    mathml=mathml_lines,
+    mathml=mathml_lines, event_sentence=event_sentence,
     equation=equation, verdict_paragraphs=verdict_paragraphs, card_words=card_words, press=press,
     round_sentence=round_sentence, complete=COMPLETE, doubtful=DOUBTFUL, catalogue=catalogue,
     residual=colours.RESIDUAL, added=colours.ADDED, carrier_words=carrier_words,

@@ -23,6 +23,7 @@ class ProposedLaws(PageElement):
         super().__init__(context)
         self._words = HtmlBlock(self.gui)
         context.actions.register("add law", lambda k: self.session.diagnosis.add_law(int(k)))
+        context.actions.register("leave out events", lambda _: self.session.diagnosis.leave_out())
         context.actions.register("propose law", lambda _: self.session.diagnosis.propose())
 
     def show(self, version: ModelVersion | None, able: bool, marked: bool) -> None:

@@ -29,12 +29,14 @@ from flexgui.stages.diagnose.effects import (
     with_law,
     with_own,
     without_effect,
+    without_events,
 )
 from flexgui.stages.diagnose.fitted_models import FittedModels
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
     ModelVersion,
     last_step_sentence,
+    proposed_events,
     stopped_sentence,
     versions_before,
 )
@@ -134,6 +136,12 @@ class Diagnosis(VersionHistory):
         if self._session.run.busy and self.pending is not None:
             return self._after_stop(add, laws[number].title)
         return bool(add())
+
+    def leave_out(self) -> bool:
+        """States the recordings without what happened once in them, and diagnoses what is left."""
+        events = proposed_events(self.newest)
+        edit = without_events(events)
+        return bool(events) and self._session.document.change(edit) and self.search()
 
     def propose(self) -> bool:
         """Looks for laws for what the model leaves."""

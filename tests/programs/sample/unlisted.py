@@ -15,9 +15,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -25,18 +24,13 @@ from typing import Any
 
 import numpy as np
 
-from flexgui.core.processors import at_most
-from flexgui.core.results import Diagnosis, ProposedLaw
-from flexgui.core.scenario.read import read_scenario
-from flexgui.core.workbench import run_scenario
-from flexgui.sentences.figures import validation_rms
 from tests.programs.mujoco.chain import mjcf
 from tests.programs.mujoco.excitation import RATE_DECIMALS, SAMPLE
 from tests.programs.mujoco.files import CAMERA_NOISE, ENCODER_NOISE, write_table
 from tests.programs.mujoco.hidden_laws import HYSTERESIS, Instant, Law, Machine, Push
 from tests.programs.mujoco.wide_arms import ARMS, references
 from tests.programs.mujoco.wide_files import scenario_text
-from tests.programs.sample.law_judge import shape_error
+from tests.programs.sample.unlisted_judge import judged, line, summary
 
 SEED = 91
 STEP = 40e-6
@@ -45,6 +39,7 @@ SECONDS, REST = 3.0, 0.1
 """Of motion, and before it: a log begins before its motion."""
 ROLES = ("estimate",) * 4 + ("validate",)
 NAMES = tuple(f"posture{n}" for n in range(len(ROLES)))
+UNSEEN = tuple(n for n, role in zip(NAMES, ROLES, strict=True) if role == "validate")
 MIDDLES = ((-0.2, 0.9), (0.2, 1.3), (0.0, 1.1), (0.3, 1.5), (0.05, 1.15))
 """rad, about which the joints move."""
 REACH, SLOW, SHAKEN = 0.5, (0.3, 0.55), 0.5
@@ -58,8 +53,6 @@ PUSH, FORCES = 0.2, (0.5, 8.0)
 STAND_HZ, STAND_SIZES = (7.0, 23.0), (2e-4, 6e-4)
 COLUMN = "temperature"
 EACH, EIGHT = 4, 8
-RIGHT_SHAPE, RIGHT_ERROR = 0.15, 1.5
-"""Relative, along the unseen motion; noise floors there."""
 
 
 @dataclass(frozen=True)
@@ -271,83 +264,6 @@ def _write(
     write_table(rows, folder / f"{NAMES[number]}.csv.gz", columns, decimals)
 
 
-def judged(folder: Path) -> dict[str, Any]:
-    """What the diagnosis of a folder says, and what of it is right."""
-    with at_most(1):
-        clock, cpu = time.perf_counter(), time.process_time()
-        outcome = run_scenario(read_scenario(folder / "scenario.toml"), folder=folder)
-        clock, cpu = time.perf_counter() - clock, time.process_time() - cpu
-    diagnosis = outcome.diagnosis
-    assert diagnosis is not None
-    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-    proposal = diagnosis.proposal
-    laws = () if proposal is None else proposal.laws
-    found: dict[str, Any] = {
-        "name": folder.name, "cpu": round(cpu, 1), "seconds": round(clock, 1),
-        "proposal_seconds": None if proposal is None else round(proposal.seconds, 1),
-        "kept": list(diagnosis.steps[-1].model), "verdict": diagnosis.standing_verdict,
-        "unseen": _unseen(diagnosis),
-        "laws": [law.formula for law in laws],
-        "carriers": [] if proposal is None else [
-            f"{c.target} {c.variable} {c.factor} {c.share:.3f}" for c in proposal.carriers[:2]
-        ],
-        "reason": "" if proposal is None else proposal.reason,
-        "line": diagnosis.error_left.line,
-    }  # fmt: skip
-    if truth["law"] and laws:
-        found |= _of_law(truth["law"], laws[0], folder)
-    return found
-
-
-def _unseen(diagnosis: Diagnosis) -> float | None:
-    rms = validation_rms(diagnosis.steps[-1].errors)
-    return round(rms, 2) if np.isfinite(rms) else None
-
-
-CARRIERS = {
-    "speed_power": ("dtheta{t}", ""), "place_bump": ("theta{t}", ""),
-    "falling_friction": ("dtheta{t}", ""), "column_torque": ("input1", ""),
-    "column_friction": ("input1", "times the sign of the speed"),
-    HYSTERESIS: ("hysteresis(theta{t}", ""), "load_damping": ("u{t}", "times the speed"),
-    "speeds_product": ("dtheta{t}", "times the speed of joint {c}"),
-    "damping_over_other": ("theta{c}", "times the speed"),
-}  # fmt: skip
-"""Form -> how the variable begins, and what its function is multiplied by; t is the joint that is
-pushed, c the one whose angle is read."""
-
-
-def _of_law(law: Mapping[str, Any], first: ProposedLaw, folder: Path) -> dict[str, Any]:
-    truth = np.load(folder / "truth.npz")
-    number = {"t": law["target"] + 1, "c": law["carrier"] + 1}
-    word, factor = (text.format(**number) for text in CARRIERS[law["form"]])
-    carriers = [t.carrier for t in first.terms]
-    at = first.target == f"joint{law['target'] + 1}"
-    unseen = [n for n, role in zip(NAMES, ROLES, strict=True) if role == "validate"]
-    found = any(c.variable.startswith(word) and c.factor == factor for c in carriers)
-    return {
-        "carrier": at and found, "shape": round(shape_error(first, truth, unseen), 3),
-        "law_rms": [round(x, 2) for x in first.rms],
-        "law_unseen": [round(x, 2) for x in first.unseen_rms],
-    }  # fmt: skip
-
-
-def line(found: Mapping[str, Any]) -> str:
-    """A case in one line."""
-    if "failed" in found:
-        return f"{found['name']:28} FAILED {found['failed']}"
-    head = f"{found['name']:28} {found['cpu']:5.0f} s {found['verdict']:16} "
-    head += f"{'+'.join(found['kept']) or '-'}"
-    if found["laws"]:
-        marks = (
-            f"carrier {'ok' if found['carrier'] else 'WRONG'} shape {found['shape']} "
-            f"{found['law_rms']} unseen {found['law_unseen']}"
-            if "carrier" in found
-            else "LAW"
-        )
-        return f"{head} | {marks} | {found['laws'][0]} | {found['carriers'][:1]}"
-    return f"{head} | {found['reason']} {found['carriers']} {found['line']}"
-
-
 def _write_and_judge(name: str, folder: str, write_only: bool) -> dict[str, Any]:
     place = Path(folder) / name
     try:
@@ -355,7 +271,7 @@ def _write_and_judge(name: str, folder: str, write_only: bool) -> dict[str, Any]
             written(cases()[name], place)
         if write_only:
             return {"name": name, "failed": "only written"}
-        return judged(place)
+        return judged(place, UNSEEN)
     except Exception as e:  # one case must not end the others
         return {"name": name, "failed": f"{type(e).__name__}: {e}"}
 
@@ -370,9 +286,12 @@ def main() -> None:
     asked = parser.parse_intermixed_args()
     names = [n for n in cases() if any(word in n for word in asked.words or [""])]
     work = partial(_write_and_judge, folder=str(asked.folder), write_only=asked.write_only)
+    records = list[dict[str, Any]]()
     with ProcessPoolExecutor(asked.workers, max_tasks_per_child=1) as pool:
-        for found in pool.map(work, names):
-            print(line(found), flush=True)
+        for done in as_completed([pool.submit(work, name) for name in names]):
+            records.append(done.result())
+            print(line(records[-1]), flush=True)
+    print(summary(records))
 
 
 if __name__ == "__main__":
