@@ -32,7 +32,7 @@ from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..effects.effect import Effect
 from ..estimate.fit_result import FitResult, refit_with
 from ..estimate.minimum import RELEVANT, converge
-from ..estimate.problem import FitData, within_noise
+from ..estimate.problem import FitData, within_noise, within_tolerance
 from ..results import Objection, Reason
 
 MOST_TRIED = 3
@@ -57,7 +57,7 @@ class Acceptance:
     def accept(self, refitted: Sequence[RefittedCandidate], most: int) -> Round:
         """The round with what is added of the `refitted` candidates, best first; `most` at most."""
         best = refitted[0].refit if refitted else self.before
-        alone = self._explains(best) or self.data.tolerances
+        alone = self._explains(best) or within_tolerance(self.data, self.before.errors)
         joint = None if alone else self._accept_set(refitted, most)
         return joint or self._accept_single(refitted, most)
 
@@ -111,7 +111,7 @@ class Acceptance:
         it explains more than the noise itself. Of what a person allows the model to miss it
         explains nearly all, and unseen recordings confirm it where there are any."""
         objection = self.judge.objection(data, after, [w.screened.effect], larger=True)
-        tolerated = bool(self.data.tolerances)
+        tolerated = within_tolerance(self.data, self.before.errors)
         enough = w.reduction >= (WHOLE_SHARE if tolerated else LEAST_SHARE)
         if objection is not None or (enough and not tolerated):
             return objection

@@ -111,12 +111,15 @@ def diagnose(
 
 
 def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel:
-    """The last model at its precise minimum, with what is stated of it."""
-    last = climbed.rungs[-1].model
+    """The last model, with what is stated of it; at its precise minimum where it leaves no more
+    than noise. What a model lacks moves its parameters by far more than a descent's last steps."""
+    last = climbed.rungs[-1].model.with_law_errors
     if progress.stopped():
-        return last.with_law_errors
+        return last
     progress.stage(LAST)
-    data, refit = converge_precisely(last.data, last.refit, progress.stopped)
+    data, refit = last.data, last.refit
+    if not remaining_error(data, refit.errors).above:
+        data, refit = converge_precisely(data, refit, progress.stopped)
     if data.rig.servo:
         refit = with_simulated_deviations(data, refit, options.stated_noise)
     return replace(last, data=data, refit=refit).with_law_errors

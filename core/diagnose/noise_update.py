@@ -118,10 +118,10 @@ EXACT = 1e-5
 
 
 def against_noise_alone(model: FittedModel, options: Options) -> FittedModel | None:
-    """A model within its noise floors, seen against the noise alone, without the tolerance that
-    they contain; None where its error surely is within that as well."""
+    """A model seen against the noise alone, without the tolerance that its floors contain; None
+    where its error surely is within that as well."""
     data = model.data
-    if data.tolerances or not within_noise(data, model.refit.errors):
+    if data.tolerances:
         return None
     floors = current_floors(model, replace(options, fidelity=min(EXACT, options.fidelity)))
     if all(rms <= floors[n].uncertainty * floors[n].value for n, rms in rms_left(model).items()):

@@ -165,7 +165,8 @@ class Search:
     def _noise_alone(self, model: FittedModel) -> Move | None:
         """A model within the noise and what a person allows it to miss, against the noise alone:
         a tolerance hides nothing that is explained."""
-        other = against_noise_alone(model, self.options)
+        within = within_noise(model.data, model.refit.errors)
+        other = against_noise_alone(model, self.options) if within else None
         return None if other is None else Move(other, to_confirm=True)
 
     def _against(self, model: FittedModel, floors: dict[str, Floor]) -> Move:

@@ -37,7 +37,13 @@ from ..estimate.fit_result import (
 )
 from ..estimate.fitted_model import FittedModel
 from ..estimate.minimum import RELEVANT
-from ..estimate.problem import FitData, Problem, with_shared_motions, within_noise
+from ..estimate.problem import (
+    FitData,
+    Problem,
+    with_shared_motions,
+    within_noise,
+    within_tolerance,
+)
 from ..estimate.starts import ROUGH_ITERATIONS, TRIAL_ITERATIONS, share_of_first_swings, vibrates
 from ..least_squares import predicted_reduction
 from ..noise.whitening import Whitener
@@ -109,7 +115,7 @@ def _chosen(
 ) -> list[ScreenedCandidate]:  # fmt: skip
     """The candidates that are refitted, with those that they become at an end of their range."""
     chosen = most_promising(screened, data.count)
-    if data.tolerances:
+    if within_tolerance(data, before.errors):
         least = WHOLE_SHARE * (before.cost - data.count)
         return [s for s in chosen if s.largest_reduction >= least]
     most = max((s.largest_reduction for s in screened.candidates), default=0.0)

@@ -303,6 +303,15 @@ def _with_start(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
     return replace(unknown, parameter=replace(p, value=value))
 
 
+def within_tolerance(data: FitData, errors: Sequence[np.ndarray]) -> bool:
+    """Whether errors (M, k) per recording, in floors of noise alone, are within what a person
+    allows a model to miss beside it."""
+    names = {name for e in data.experiments for name, _ in e.channels}
+    laws, allowed = data.law_errors, data.tolerances
+    both = {n: laws.get(n, 0.0) + allowed.get(n, 0.0) for n in names}
+    return bool(allowed) and within_noise(replace(data, law_errors=both), errors)
+
+
 def within_noise(data: FitData, errors: Sequence[np.ndarray]) -> bool:
     """Whether errors (M, k) per recording, in noise floors, are within noise: over all channels and
     in each. The idealised laws of the model's effects may miss a stated share.

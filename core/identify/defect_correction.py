@@ -161,15 +161,18 @@ def corrected_minimum(
     per recording near there; `limits` and what is known a priori in units of the residuals."""
     coarse = replace(residuals, anchor=None)
     fewest = of_slopes = max(coarse.predictor.steps // 2, 1)
+    share, least = LAST_REDUCTION / residuals.count, np.inf
     for _ in range(MOST_ROUNDS):
         fewest, fine, is_near = _fine_errors(coarse, vector, slopes, fewest)
-        corrected = replace(coarse, anchor=Anchor(coarse, vector, fine))
+        if not (is_near or cost_of(fine) < (1.0 - share) * least):
+            break  # far above the noise few steps may lead along a valley for ever
+        corrected, least = replace(coarse, anchor=Anchor(coarse, vector, fine)), cost_of(fine)
         if is_near:
             of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
         else:
             descended = levenberg_marquardt(
                 corrected.blocks, lambda x: coarse.slopes(x, central=False), vector, limits,
-                stopped, good_enough=0.0, share=LAST_REDUCTION / residuals.count,
+                stopped, good_enough=0.0, share=share,
             )  # fmt: skip
         is_short = not _length(descended.vector - vector, descended) > MOST_DESCENT**2
         if (is_near and is_short) or stopped() or not np.isfinite(descended.cost):

@@ -17,7 +17,7 @@ from ..diagnose.search import Found, Move, Search
 from ..diagnose.stated_results import Noise
 from ..effects.effect import Effect
 from ..estimate.fitted_model import FittedModel, fit_model
-from ..estimate.problem import within_noise
+from ..estimate.problem import within_noise, within_tolerance
 from ..estimate.validation import UnseenChange
 from ..information_criteria import fall_of_bic
 from ..propose.propose import laws_on
@@ -40,9 +40,10 @@ def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None
     if found.proposed or (search.added(last) and not search.options.adds):
         return found, None
     answer = laws_on(search, last, _ranking(search, last))
-    if last.data.tolerances and answer.grown is None and not answer.proposal.events:
+    tolerated = within_tolerance(last.data, last.refit.errors)
+    if tolerated and answer.grown is None and not answer.proposal.events:
         return found, None
-    return seen, answer.proposal
+    return seen if answer.grown is not None else found, answer.proposal
 
 
 def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | None:

@@ -25,14 +25,21 @@ from ..diagnose.stated_results import Noise, estimates
 from ..errors import InputError
 from ..estimate.fit_result import FitResult, with_robust_covariance
 from ..estimate.fitted_model import FittedModel
-from ..estimate.problem import parameter_names
+from ..estimate.problem import parameter_names, within_tolerance
 from ..information_criteria import fall_of_bic
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
 from ..propose.carriers import SmoothFunction, missed_by_law, smooth_functions
 from ..propose.events import events_in
-from ..propose.short_laws import Law, ShortLaw, carrier_of, logarithm, short_laws
+from ..propose.short_laws import (
+    Law,
+    ShortLaw,
+    carrier_of,
+    different_laws,
+    logarithm,
+    short_laws,
+)
 from ..propose.targets import Target, targets
 from ..propose.variables import COARSE, FINE, actual_motions, ends
 from ..results import (
@@ -57,9 +64,6 @@ MOST_LAWS = 4
 
 CLOSE = 0.3
 """In the logarithm of the share that is left: two laws that leave about as much."""
-
-SAME = 0.01
-"""Relative difference below which two laws are one."""
 
 CURVE_POINTS = 200
 """Points of a law's curve."""
@@ -125,7 +129,8 @@ class _Proposing:
         events = self._events(functions)
         if events:
             return Answer(Proposal(carriers, events=events), None)
-        least = WHOLE_SHARE if model.data.tolerances else LEAST_SHARE
+        tolerated = within_tolerance(model.data, model.refit.errors)
+        least = WHOLE_SHARE if tolerated else LEAST_SHARE
         if not functions or functions[0].share < least or self.progress.stopped():
             return Answer(Proposal(carriers, reason=NO_CARRIER), None)
         laws = self._short_laws(functions)
@@ -169,7 +174,7 @@ class _Proposing:
         best = sorted(coarse, key=lambda pair: pair[1].penalised_error)[:MOST_CARRIERS]
         each = [self._laws_of(self._finer(f)) for f, _ in best]
         in_turn = [law for laws in zip_longest(*each) for law in laws if law is not None]
-        singles = [Law((law,)) for law in _different(in_turn, MOST_LAWS)]
+        singles = [Law((law,)) for law in different_laws(in_turn, MOST_LAWS)]
         return [*self._sums(functions[0]), *singles][:MOST_LAWS]
 
     def _sums(self, first: SmoothFunction) -> list[Law]:
@@ -263,6 +268,7 @@ class _Proposing:
             close = logarithm(1.0 - w.reduction) <= logarithm(1.0 - best.reduction) + CLOSE
             close = close and certain(w) and w.reduction >= LEAST_SHARE
             close = close and not (noise and remaining_error(found.data, w.refit.errors).above)
+            close = close and not self._unseen(w.refit) > self._unseen(self.model.refit)
             new = w.screened is not best.screened and id(w.screened) not in refused
             if close and new and len(chosen) < MOST_CARRIERS:
                 chosen.append((w, with_robust_covariance(w.refit)))
@@ -329,31 +335,6 @@ def _term(law: ShortLaw, grown: FittedModel, names: Sequence[str]) -> LawTerm:
     missed, deviations = missed_by_law(grown, f, names)
     shown = replace(carrier_of(f), values=law.values(f.knots) + missed, deviations=deviations)
     return LawTerm(shown, places, law.values(places))
-
-
-def _different(laws: Sequence[ShortLaw], most: int) -> list[ShortLaw]:
-    """The first laws without those that are one that came before, in other words."""
-    kept: list[ShortLaw] = []
-    for law in laws:
-        if len(kept) < most and all(_distance(law, other) > SAME for other in kept):
-            kept.append(law)
-    return kept
-
-
-def _distance(law: ShortLaw, other: ShortLaw) -> float:
-    """Relative rms difference of two laws along the motion; infinite at different targets."""
-    if law.function.target.name != other.function.target.name:
-        return float("inf")
-    a, b = _along(law), _along(other)
-    size = float(np.linalg.norm(b))
-    return float(np.linalg.norm(a - b)) / size if size else float("inf")
-
-
-def _along(law: ShortLaw) -> np.ndarray:
-    """(samples,) what a law adds along the motions."""
-    f = law.function
-    values = law.values(np.concatenate(f.variable.along))
-    return np.asarray(values * np.concatenate(f.factor.along))
 
 
 def _cosine(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> float:

@@ -28,6 +28,9 @@ Value = TypeVar("Value")
 LINEAR = 1e-3
 """Share of the error that a linear answer to a force cannot tell from none."""
 
+SAME = 0.01
+"""Relative difference below which two laws are one."""
+
 SMALL = 1e-3
 """Of the largest size: to begin with where a size is nothing."""
 
@@ -266,3 +269,28 @@ def _refined(  # type: ignore[no-untyped-def]
         left, start, method="Nelder-Mead", bounds=bounds, options=options
     )
     return tuple(found.x) if found.fun < left(start) else tuple(start)
+
+
+def different_laws(laws: Sequence[ShortLaw], most: int) -> list[ShortLaw]:
+    """The first `most` laws, without those that are one that came before in other words."""
+    kept: list[ShortLaw] = []
+    for law in laws:
+        if len(kept) < most and all(_distance(law, other) > SAME for other in kept):
+            kept.append(law)
+    return kept
+
+
+def _distance(law: ShortLaw, other: ShortLaw) -> float:
+    """Relative rms difference of two laws along the motion; infinite at different targets."""
+    if law.function.target.name != other.function.target.name:
+        return float("inf")
+    a, b = _along(law), _along(other)
+    size = float(np.linalg.norm(b))
+    return float(np.linalg.norm(a - b)) / size if size else float("inf")
+
+
+def _along(law: ShortLaw) -> np.ndarray:
+    """(samples,) what a law adds along the motions."""
+    f = law.function
+    values = law.values(np.concatenate(f.variable.along))
+    return np.asarray(values * np.concatenate(f.factor.along))

@@ -9,22 +9,26 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.diagnose import diagnose, fit_base_to_recordings
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.effects.formula import parse_formula
+from flexgui.core.effects.formula_functions import with_expanded_tables
 from flexgui.core.identify.setup import Setup, make_setup
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.propose.propose import propose
 from flexgui.core.propose.variables import share_of_bristle
-from flexgui.core.results import LawTerm, Proposal, ProposedLaw, RankedEffect
+from flexgui.core.results import Proposal, ProposedLaw, RankedEffect
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 from flexgui.core.workbench import stated_noise
@@ -59,41 +63,40 @@ def fits(folder: Path, diagnosed: bool) -> tuple[BaseFit, Sequence[RankedEffect]
     return ended[-1], found.rounds[-1].ranking if found.rounds else (), options
 
 
+_FRICTION = re.compile(r"friction\((\w+)\)")
+_HYSTERESIS = re.compile(r"hysteresis\((\w+), (\w+|[\d.e-]+)\)")
+
+
 def along(law: ProposedLaw, truth: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """(N,) what a law adds along the true motion of a recording."""
-    return np.sum([_term_along(law, term, truth, name) for term in law.terms], axis=0)
-
-
-def _term_along(
-    law: ProposedLaw, term: LawTerm, truth: Mapping[str, np.ndarray], name: str
-) -> np.ndarray:
-    at = {
+    """(N,) what a law adds along the true motion of a recording; NaN where it depends on what the
+    truth does not hold."""
+    values = {e.name: e.value for e in law.parameters}
+    at: dict[str, np.ndarray | float] = {
         "t": truth[f"{name}/time"] - truth[f"{name}/time"][0],
         **{f"theta{k + 1}": x for k, x in enumerate(truth[f"{name}/angles"].T)},
         **{f"dtheta{k + 1}": x for k, x in enumerate(truth[f"{name}/rates"].T)},
         **{f"u{k + 1}": x for k, x in enumerate(truth[f"{name}/drive"].T)},
         **{f"z{k + 1}": x for k, x in enumerate(truth[f"{name}/tip"].T)},
         **({"input1": truth[f"{name}/column"]} if f"{name}/column" in truth else {}),
+        **values,
     }
-    word, factor = term.carrier.variable, term.carrier.factor
-    if word.startswith("hysteresis("):
-        joint = word.removeprefix("hysteresis(").split(",")[0]
-        way = next(e.value for e in law.parameters if e.unit in ("rad", "m"))
-        x = share_of_bristle(at[joint], way)
-    elif word not in at:
-        return np.full(len(at["t"]), np.nan)
-    else:
-        x = at[word]
-    value = np.interp(x, term.places, term.values)
-    speed = at.get(f"d{law.target.replace('joint', 'theta')}", np.ones(len(x)))
-    direction = np.tanh(speed / SLOW)
-    by = {
-        "times the sign of the speed": direction, "times the speed": speed,
-        "while it moves forwards": (1.0 + direction) / 2.0,
-        "while it moves backwards": (1.0 - direction) / 2.0, "": np.ones(len(x)),
-        **{f"times the speed of joint {k}": at.get(f"dtheta{k}") for k in (1, 2, 3)},
-    }  # fmt: skip
-    return np.asarray(value * by[factor])
+
+    def direction(found: re.Match[str]) -> str:
+        at["direction"] = np.tanh(at[f"d{found[1]}"] / SLOW)
+        return "direction"
+
+    def share(found: re.Match[str]) -> str:
+        way = values[found[2]] if found[2] in values else float(found[2])
+        at["share"] = share_of_bristle(np.asarray(at[found[1]]), way)
+        return "share"
+
+    text = _HYSTERESIS.sub(share, _FRICTION.sub(direction, law.formula))
+    if not set(re.findall(r"\b[a-z_]+\d*\b(?!\()", text)) <= set(at):
+        return np.full(len(truth[f"{name}/time"]), np.nan)
+    symbols = {word: sp.Symbol(word, real=True) for word in at}
+    expression = with_expanded_tables(parse_formula(text, symbols), law.title)
+    value = sp.lambdify(list(symbols.values()), expression, modules="numpy")(*at.values())
+    return np.broadcast_to(value, truth[f"{name}/time"].shape)
 
 
 def shape_error(law: ProposedLaw, truth: Mapping[str, np.ndarray], names: Sequence[str]) -> float:

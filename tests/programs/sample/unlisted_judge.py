@@ -26,8 +26,8 @@ NEAR = 0.05
 
 
 def judged(folder: Path, unseen: Sequence[str]) -> dict[str, Any]:
-    """What the diagnosis of a folder says, and what of it is right; `unseen`: recordings of no fit.
-    """
+    """What the diagnosis of a folder says, and what of it is right; no fit sees the `unseen`
+    recordings."""
     with at_most(1):
         clock, cpu = time.perf_counter(), time.process_time()
         outcome = run_scenario(read_scenario(folder / "scenario.toml"), folder=folder)
