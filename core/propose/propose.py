@@ -136,7 +136,10 @@ class _Proposing:
         laws = self._short_laws(functions)
         if self.progress.stopped():
             return Answer(Proposal(carriers, reason=NO_LAW), None)
-        return self._tried(carriers, laws)
+        answer = self._tried(carriers, laws)
+        close = logarithm(functions[0].left) + CLOSE
+        alike = sum(logarithm(f.left) <= close for f in functions[1:REFITTED])
+        return answer._replace(proposal=replace(answer.proposal, alike=alike))
 
     def _carriers(self) -> list[SmoothFunction]:
         """All functions of one variable, best first."""

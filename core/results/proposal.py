@@ -138,6 +138,9 @@ class Proposal:
     """Titles of the effects that were found before and are not needed beside the first law."""
     events: tuple[Event, ...] = ()
     """Where a stretch of each recording causes the error: what acts there."""
+    alike: int = 0
+    """How many of the carriers after the first explain as much: these recordings cannot tell them
+    apart."""
     seconds: float = float("nan")
     """s, that the search took."""
     stopped: bool = False

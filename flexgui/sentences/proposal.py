@@ -119,6 +119,12 @@ def carrier_sentence(proposal: Proposal) -> str:
     others = carriers[1:]
     if not others:
         return f"{text}."
+    if proposal.alike:
+        each = [f"{carrier_words(c)} at {c.target_title}" for c in others[: proposal.alike]]
+        return (
+            f"{text}. These recordings cannot tell it from {listed(each, 'or')}, which explain"
+            f"{'s' if len(each) == 1 else ''} as much."
+        )
     following = others[0]
     return (
         f"{text}; next, {carrier_words(following)} at {following.target_title}: "

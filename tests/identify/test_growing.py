@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,6 +83,24 @@ def test_the_first_swings_lead_to_the_true_stiffness(experiment: Prepared) -> No
     assert apart(led) < FOUND
     at_once = refine(r, start, lambda _: False, 1e-6)
     assert apart(at_once.vector) > 10.0 * FOUND  # or the way by the first swings shows nothing
+
+
+def test_no_start_is_led_to_where_the_whole_recordings_fit_worse(experiment: Prepared) -> None:
+    e, first = experiment, SAMPLES // 8
+    shaken = 20.0 * np.random.default_rng(1).standard_normal((2, SAMPLES))
+    shaken[:, first:] = 0.0
+    channels = {**e.recording.channels}
+    for name, x in zip(("u1", "u2"), shaken, strict=True):
+        channels[name] = channels[name] + x
+    wrong = replace(e.recording, channels=channels)
+    r = residuals(prepare(e.model, wrong, e.outputs, e.processing), OFF)
+    starts = [TRUE * factors for factors in (OFF, (1.0, 1.0), (1.1, 0.95), (0.5, 2.0))]
+    before, after = (r.costs(np.array(x)) for x in (starts, led_from(r, starts)))
+    assert np.all(after <= before)
+
+
+def led_from(r: Residuals, starts: list[np.ndarray]) -> list[np.ndarray]:
+    return starts_over_horizon(r, starts, lambda _: False)
 
 
 def test_a_beginning_is_what_was_recorded_first(experiment: Prepared) -> None:

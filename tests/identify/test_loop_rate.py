@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import flexgui as fg
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
 from flexgui.core.drives.servo import FollowingServo
@@ -32,6 +34,9 @@ LEFT = 0.03
 HALF_SAMPLE_LATE = 0.06
 """The same, at least, by the wrong rate: half a sample of sines of 1.1 and 3.3 Hz is 0.035 and
 0.104 of their sizes, less where the motion begins softly."""
+
+NOISE, FINE = 0.01, 1e-6
+"""N m and rad, of the sensors of what is diagnosed."""
 
 
 def residuals(ratio: int, faster_loop: bool) -> Residuals:
@@ -67,3 +72,36 @@ def test_the_rate_of_the_loop_is_seen_in_the_torque(ratio: int, faster: bool) ->
 def test_what_no_torque_is_compared_with_shows_no_rate() -> None:
     without = replace(residuals(1, True).experiments[0], outputs=(), measured=np.zeros((0, 0)))
     assert better_loop(Residuals(Predictor([without], Unknowns(())), []), np.zeros(0)) is None
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("ratio", [1, 10 * RATIO])
+def test_half_a_sample_is_never_named_as_a_delay(ratio: int) -> None:
+    recordings = [
+        {"table": table(ratio, seed), "name": f"r{seed}", "role": role}
+        for seed, role in enumerate(("estimate", "estimate", "validate"))
+    ]
+    link = {"length": 0.46, "mass": 1.2, "EI": 20.0, "hub_inertia": 0.04, "modes": 1}
+    rig = fg.project(
+        {"segments": [link]},
+        fg.drives.Torque(), recordings, sensors={"torque_noise": NOISE, "encoder_noise": FINE},
+        identify={"parameters": ["EI1", "Jh1"]},
+    )  # fmt: skip
+    assert rig.diagnose().added == ()
+
+
+def table(ratio: int, seed: int) -> pd.DataFrame:
+    """Torques of sines with random phases, and the places of the joint."""
+    model, step = Model(LINK, Torque(), "nonlinear"), RATIO * LOOP / ratio
+    rng = np.random.default_rng(seed)
+    t = np.arange(round(SECONDS / step)) * step
+    soft = np.clip(t / 0.5, 0.0, 1.0) ** 3
+    phases = rng.uniform(0.0, 2.0 * np.pi, 2)
+    waves = (np.sin(2 * np.pi * f * t + p) for f, p in zip((1.1, 3.3), phases, strict=True))
+    torque = (soft * sum(waves))[:, None]
+    task = from_rest(model, [0.0], torque, step)
+    motion = simulate_within(model, model.numbers(), task, 1e-9).trajectory
+    place = motion.joint_positions[:, 0]
+    u = torque[::ratio, 0] + NOISE * rng.standard_normal(len(t[::ratio]))
+    seen = place[::ratio] + FINE * rng.standard_normal(len(u))
+    return pd.DataFrame({"t": t[::ratio], "u1": u, "theta1": seen})

@@ -10,10 +10,14 @@ from flexgui.page.plot import Plot
 from flexgui.page.widgets import HtmlBlock
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.diagnose.panel_candidates import WORDS
+from flexgui.views.layout import Figure
 from flexgui.views.proposal import law_over_variable
 
 LAW_HEIGHT = 240.0
 """px"""
+
+CLEAR = 0.9
+"""Share of the error that a variable carries, from which its function is worth a picture."""
 
 
 class ProposedLaws(PageElement):
@@ -54,9 +58,14 @@ class LawFigure(PageElement):
         if proposal is self._drawn:
             return
         self._drawn = proposal
-        if proposal is None or not proposal.laws:
+        figures: list[Figure] = []
+        if proposal is None or not proposal.carriers or proposal.events:
             self._words.show()
-            figures = []
+        elif not proposal.laws:
+            carrier = proposal.carriers[0]
+            shown = carrier.share >= CLEAR
+            self._words.show(WORDS.over_carrier(carrier) if shown else "")
+            figures = [law_over_variable(carrier)] if shown else []
         else:
             law = proposal.laws[0]
             self._words.show(WORDS.over_variable(law))
