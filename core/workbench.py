@@ -31,7 +31,7 @@ from .noise.whitening import error_products
 from .processors import fast_thread_switching, is_limited
 from .profile_likelihood import profile_likelihood
 from .progress import Progress, Silent, beside
-from .propose.competition import competing_laws
+from .propose.competition import LAWS
 from .propose.propose import propose
 from .recording.recording import Recording
 from .results import (
@@ -223,7 +223,7 @@ def _diagnosis(
     """The diagnosis; what it finds is only proposed if no effect may be added."""
     setup, spec, options = _options(scenario, setup, recordings, spec)
     options = replace(options, identified=final_values([f.fit for f in fits]))
-    laws = competing_laws if scenario.diagnose.propose else None
+    laws = LAWS if scenario.diagnose.propose else None
     return diagnose(setup, spec, recordings, options, progress, laws=laws)
 
 

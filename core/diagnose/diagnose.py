@@ -60,10 +60,9 @@ def diagnose(
     stated = tuple(setup.model.effects)
     memo = Memo(base_fit.validation, stated, base_fit.data.bare.arm.modes)
     base = FittedModel(base_fit.data, base_fit.base, stated)
-    search = Search(options, progress, on_ranking, memo)
-    found, proposal = search.run(base), None
-    if laws is not None:
-        found, proposal = laws(search, found)
+    search = Search(options, progress, on_ranking, memo, laws)
+    found = search.run(base)
+    proposal = found.proposal
     progress.stage(ORDER)
     climbed = ladder(found, memo, progress)
     proposed = found.proposed

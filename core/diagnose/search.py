@@ -38,8 +38,15 @@ from ..progress import Progress
 from ..results import Proposal
 from ..sentences import listed
 
-LawSearch = Callable[["Search", "Found"], tuple["Found", Proposal | None]]
-"""Where a search ends if laws that nobody listed compete with what it has added, and these laws."""
+
+class LawSearch(NamedTuple):
+    """Laws that nobody listed, which compete with what a search adds."""
+
+    instead: Callable[[Search, Found], Found | None]
+    """Where a search ends at once, since a law explains all that its first addition does not."""
+    at_end: Callable[[Search, Found], Found]
+    """Where a search ends if laws compete with all that it has added."""
+
 
 MOVES_PER_EFFECT = 4
 """Moves of a search per effect that it may find and one, at most: of each one addition, a removal
@@ -69,6 +76,8 @@ class Found(NamedTuple):
     path: Path
     proposed: tuple[str, ...]
     """Ids of more effects that pass every test, which the limit keeps out."""
+    proposal: Proposal | None = None
+    """Laws for what no listed effect explains, where they were looked for."""
 
     @property
     def model(self) -> FittedModel:
@@ -84,6 +93,7 @@ class Search:
     progress: Progress
     on_ranking: RankingCallback | None
     memo: Memo
+    laws: LawSearch | None = None
     proposed: tuple[str, ...] = ()
     """Ids of effects that pass every test on the last model, which the limit keeps out."""
 
@@ -92,9 +102,14 @@ class Search:
         the last model's sizes as stated where that leaves no more."""
         path: Path = (Move(self._resolved(base)),)
         unconfirmed: Found | None = None
+        law = self.laws and self.laws.instead
         for _ in range(MOVES_PER_EFFECT * (self.options.max_effects + 1)):
             path = _with_last(path, self._prepared(path[-1].model))
             self.memo.visit(path[-1].model)
+            if law is not None and self.added(path[-1].model):
+                end, law = law(self, Found(path, ())), None
+                if end is not None:
+                    return end
             move = self._next_move(path)
             if move is None or self.progress.stopped():
                 break
@@ -105,7 +120,8 @@ class Search:
         if unconfirmed is not None and unconfirmed.model.key == found.model.key:
             found = unconfirmed
         last = with_stated_sizes(found.model, len(self.memo.stated), self.progress.stopped)
-        return found._replace(path=_with_last(found.path, last))
+        found = found._replace(path=_with_last(found.path, last))
+        return found if self.laws is None else self.laws.at_end(self, found)
 
     def _next_move(self, path: Path) -> Move | None:
         """The first answer that leads from the last model to one that is new; None where nothing

@@ -13,7 +13,7 @@ from ..diagnose.noise_update import against_noise_alone
 from ..diagnose.ranking import ranking_of
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import needed_effects
-from ..diagnose.search import Found, Move, Search
+from ..diagnose.search import Found, LawSearch, Move, Search
 from ..diagnose.stated_results import Noise
 from ..effects.effect import Effect
 from ..estimate.fitted_model import FittedModel, fit_model
@@ -25,35 +25,53 @@ from ..results import Proposal, RankedEffect
 from ..sentences import listed
 
 
-def competing_laws(search: Search, found: Found) -> tuple[Found, Proposal | None]:
-    """Where a search ends if laws compete with what it has added, and the laws; None where nothing
+def explaining_law(search: Search, found: Found) -> Found | None:
+    """The model as given with a law that leaves no more than noise, of unseen recordings as well,
+    where what a search has added leaves more; else None."""
+    last = against_noise_alone(found.model, search.options) or found.model
+    if search.progress.stopped() or not _leaves_more_than_noise(search, last):
+        return None
+    first = found.path[0]
+    given = _as_given(last, first.model, search.progress.stopped)
+    answer = laws_on(search, given, _ranking(search, first.model), sure=True)
+    if answer.grown is None or _leaves_more_than_noise(search, answer.grown):
+        return None
+    return _given_with(first, given, _without(answer.proposal, search, last))
+
+
+def _given_with(first: Move, given: FittedModel, proposal: Proposal) -> Found:
+    return Found((first._replace(model=given),), (), proposal)
+
+
+def competing_laws(search: Search, found: Found) -> Found:
+    """Where a search ends if laws compete with what it has added; without a proposal where nothing
     is left to explain, or where listed effects are still to be added first. The model as given with
     a law is kept where it is better than the one with all that was added."""
     last = against_noise_alone(found.model, search.options) or found.model
     if search.progress.stopped() or not _leaves_more_than_noise(search, last):
-        return found, None
+        return found
     seen = found._replace(path=(*found.path[:-1], found.path[-1]._replace(model=last)))
     if search.added(last):
         other = _instead_of_added(search, seen)
         if other is not None:
             return other
     if found.proposed or (search.added(last) and not search.options.adds):
-        return found, None
+        return found
     answer = laws_on(search, last, _ranking(search, last))
     tolerated = within_tolerance(last.data, last.refit.errors)
     if tolerated and answer.grown is None and not answer.proposal.events:
-        return found, None
-    return seen if answer.grown is not None else found, answer.proposal
+        return found
+    return (found if answer.grown is None else seen)._replace(proposal=answer.proposal)
 
 
-def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | None:
+def _instead_of_added(search: Search, found: Found) -> Found | None:
     """The model as given with a law, and with those of the added effects that are needed beside it;
     None where what was added is better, or all of it is needed."""
     last, first, stopped = found.model, found.path[0], search.progress.stopped
     given = _as_given(last, first.model, stopped)
     answer = laws_on(search, given, _ranking(search, first.model))
     if answer.proposal.events:
-        return Found((first._replace(model=given),), ()), _without(answer.proposal, search, last)
+        return _given_with(first, given, _without(answer.proposal, search, last))
     if answer.grown is None or not _is_better(search, answer.grown, last):
         return None
     listed_effects = _needed_beside(search, answer.grown, last)
@@ -61,7 +79,7 @@ def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | 
     if len(kept) == len(search.added(last)):
         return None
     if not kept:
-        return Found((first._replace(model=given),), ()), _without(answer.proposal, search, last)
+        return _given_with(first, given, _without(answer.proposal, search, last))
     values = last.refit.problem.all_values()
     model = fit_model(last.data, (*search.memo.stated, *kept), values, stopped)
     answer = laws_on(search, model, _ranking(search, first.model))
@@ -69,7 +87,7 @@ def _instead_of_added(search: Search, found: Found) -> tuple[Found, Proposal] | 
         return None
     move = Move(model, listed([e.title for e in kept]), tuple(e.kind for e in kept))
     path = (first._replace(model=given), move)
-    return Found(path, ()), _without(answer.proposal, search, last, kept)
+    return Found(path, (), _without(answer.proposal, search, last, kept))
 
 
 def _without(
@@ -130,3 +148,7 @@ def _ranking(search: Search, model: FittedModel) -> tuple[RankedEffect, ...]:
     """The listed effects as ranked on a model; empty if they were not."""
     known = search.memo.rounds.get(model.key)
     return () if known is None else ranking_of(known.round, known.model.data)
+
+
+LAWS = LawSearch(explaining_law, competing_laws)
+"""Laws that compete with the listed effects."""

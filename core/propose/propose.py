@@ -100,10 +100,13 @@ class Answer(NamedTuple):
 
 
 @fast_thread_switching()
-def laws_on(search: Search, model: FittedModel, ranking: Sequence[RankedEffect] = ()) -> Answer:
-    """Laws for what a model leaves; `ranking`: the listed effects as ranked on it."""
+def laws_on(
+    search: Search, model: FittedModel, ranking: Sequence[RankedEffect] = (), *, sure: bool = False
+) -> Answer:
+    """Laws for what a model leaves; `ranking`: the listed effects as ranked on it. `sure`: only
+    where one variable carries nearly everything."""
     clock = time.perf_counter()
-    answer = _Proposing(search, model, ranking).run()
+    answer = _Proposing(search, model, ranking, sure).run()
     proposal = replace(
         answer.proposal, seconds=time.perf_counter() - clock, stopped=search.progress.stopped()
     )
@@ -113,8 +116,10 @@ def laws_on(search: Search, model: FittedModel, ranking: Sequence[RankedEffect] 
 class _Proposing:
     """One search for laws."""
 
-    def __init__(self, search: Search, model: FittedModel, ranking: Sequence[RankedEffect]) -> None:
-        self.model, self.search, self.ranking = model, search, ranking
+    def __init__(
+        self, search: Search, model: FittedModel, ranking: Sequence[RankedEffect], sure: bool
+    ) -> None:
+        self.model, self.search, self.ranking, self.sure = model, search, ranking, sure
         self.motions = actual_motions(model)
         self.progress, self.memo = search.progress, search.memo
         self.stated = len(self.memo.stated)
@@ -130,7 +135,7 @@ class _Proposing:
         if events:
             return Answer(Proposal(carriers, events=events), None)
         tolerated = within_tolerance(model.data, model.refit.errors)
-        least = WHOLE_SHARE if tolerated else LEAST_SHARE
+        least = WHOLE_SHARE if tolerated or self.sure else LEAST_SHARE
         if not functions or functions[0].share < least or self.progress.stopped():
             return Answer(Proposal(carriers, reason=NO_CARRIER), None)
         laws = self._short_laws(functions)
@@ -159,7 +164,8 @@ class _Proposing:
 
     def _events(self, functions: Sequence[SmoothFunction]) -> tuple[Event, ...]:
         """What happened once in each recording, where no variable carries nearly everything."""
-        if self.progress.stopped() or (functions and functions[0].share >= WHOLE_SHARE):
+        clear = functions and functions[0].share >= WHOLE_SHARE
+        if clear or self.sure or self.progress.stopped():
             return ()
         self.progress.stage("Asking whether something happened once in each recording", None)
         return events_in(self.model, self.progress.stopped)

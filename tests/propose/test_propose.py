@@ -240,18 +240,18 @@ def searched(after: int = 10**9) -> tuple[Search, Found, FittedModel]:
 def test_where_the_list_was_enough_no_law_is_looked_for() -> None:
     search, found, complete = searched()
     enough = found._replace(path=(*found.path, Move(complete, "Viscous", ("viscous_friction",))))
-    assert competing_laws(search, enough) == (enough, None)
+    assert competing_laws(search, enough) == enough
 
 
 def test_a_listed_effect_that_the_limit_keeps_out_comes_before_a_law() -> None:
     search, found, _ = searched()
     kept_out = found._replace(proposed=("viscous_friction",))
-    assert competing_laws(search, kept_out) == (kept_out, None)
+    assert competing_laws(search, kept_out) == kept_out
 
 
 def test_after_a_search_that_was_stopped_no_law_is_looked_for() -> None:
     search, found, _ = searched(after=0)
-    assert competing_laws(search, found) == (found, None)
+    assert competing_laws(search, found) == found
 
 
 @pytest.mark.long

@@ -69,7 +69,7 @@ def diagnose(
     first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
-    from flexgui.core.propose.competition import competing_laws
+    from flexgui.core.propose.competition import LAWS
 
     where = ConfinedFolder(Path(folder or "."))
     inputs = _search_inputs(scenario, identified or {}, where, progress)
@@ -87,7 +87,7 @@ def diagnose(
 
     found = search(
         inputs.setup, inputs.spec, inputs.recordings, inputs.options, progress, on_ranking,
-        reporter.fitted, reporter.settled, competing_laws if scenario.diagnose.propose else None,
+        reporter.fitted, reporter.settled, LAWS if scenario.diagnose.propose else None,
     )  # fmt: skip
     first = next(iter(found.proposed), None)
     light = tuple(
