@@ -23,6 +23,8 @@ from ..estimate.problem import FitData, Problem, problem_of
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, X
 from ..identify.predictor import MotionCache, simulate_together
+from ..identify.prepared_recording import make_task
+from ..recording.recording import Recording
 
 SIZE = "probe_size"
 SIGNAL = "probe"
@@ -95,13 +97,13 @@ def responses(
         signals: Per signal and recording (N,), in N m or N.
     """
     unit = _size(model.data)
-    without = _with_signal(model, probe, [np.zeros_like(x) for x in signals[0]])
+    without = _with_probe(model, probe, [np.zeros_like(x) for x in signals[0]])
     before = without.errors(without.vector)
     answers = []
     for at in range(0, len(signals), BATCH):
         sizes = [_rms(signal) or 1.0 for signal in signals[at : at + BATCH]]
         each = [
-            _with_signal(model, probe, [x / size for x in signal])
+            _with_signal(without, [x / size for x in signal])
             for signal, size in zip(signals[at : at + BATCH], sizes, strict=True)
         ]
         simulate_together([(problem.residuals.predictor, problem.vector) for problem in each])
@@ -111,18 +113,32 @@ def responses(
     return answers
 
 
-def _with_signal(model: FittedModel, probe: Probe, signal: Sequence[np.ndarray]) -> Problem:
+def _with_probe(model: FittedModel, probe: Probe, signal: Sequence[np.ndarray]) -> Problem:
     """The model with a probe that follows a signal (N,) per recording, in half of the steps: only
     the direction of a change matters."""
     base, size = model.refit.problem, _size(model.data)
     experiments = tuple(
-        replace(e, recording=replace(e.recording, channels={**e.recording.channels, SIGNAL: x}))
+        replace(e, recording=_followed(e.recording, x))
         for e, x in zip(model.data.experiments, signal, strict=True)
     )
     data = replace(model.data, experiments=experiments, anchor=None, motion_cache=MotionCache())
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     values = {**base.all_values(), SIZE: size}
     return problem_of(data, [*model.effects, probe], values, freed=own, refine=TRIAL_SUBSTEPS)
+
+
+def _followed(recording: Recording, signal: np.ndarray) -> Recording:
+    return replace(recording, channels={**recording.channels, SIGNAL: signal})
+
+
+def _with_signal(problem: Problem, signal: Sequence[np.ndarray]) -> Problem:
+    """A model with a probe that follows another signal (N,) per recording."""
+    predictor = problem.residuals.predictor
+    pairs = zip(predictor.experiments, signal, strict=True)
+    recordings = [(e, _followed(e.recording, x)) for e, x in pairs]
+    experiments = [replace(e, recording=r, task=make_task(e.model, r)) for e, r in recordings]
+    other = replace(predictor, experiments=experiments, motion_cache=MotionCache())
+    return replace(problem, residuals=replace(problem.residuals, predictor=other))
 
 
 def _size(data: FitData) -> float:

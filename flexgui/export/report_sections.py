@@ -56,8 +56,8 @@ def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
 
 
 def _proposal(proposal: Proposal | None) -> dict[str, Any] | None:
-    """What the rest depends on, and the laws; None where none were looked for."""
-    if proposal is None or not proposal.carriers:
+    """What the rest depends on, and the laws; None where none were looked for, or an event is."""
+    if proposal is None or not proposal.carriers or proposal.events:
         return None
     return {
         "shares": carrier_shares(proposal),

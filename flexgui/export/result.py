@@ -15,6 +15,7 @@ from flexgui.core.results import (
     Diagnosis,
     DiagnosisRound,
     Estimate,
+    Event,
     Fit,
     Identifiability,
     LadderStep,
@@ -194,7 +195,8 @@ def _identifiability(fit: Fit) -> dict[str, Any]:
 
 
 SHAPES: Mapping[type, Shape] = {
-    Proposal: _fields("reason carriers laws experiments"),
+    Proposal: _fields("reason carriers laws events experiments"),
+    Event: _fields("recording start stop target force unit rest"),
     Carrier: _fields("target variable title unit factor share"),
     ProposedLaw: {
         **_fields("title target formula parameters explained"),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from flexgui.core.results import Objection, Proposal, Reason
+from flexgui.core.results import Event, Objection, Proposal, Reason
 from flexgui.core.results.proposal import NO_CARRIER, NO_LAW, WITHIN_NOISE
 from flexgui.sentences.proposal import law_sentence, proposal_paragraphs, proposed_line
 from tests.approved import approved
@@ -14,6 +16,8 @@ from tests.sentences.proposals import FRICTION, NEITHER, PLANNED, carrier, law, 
 WHY = Objection(
     Reason.AT_BOUND, parameter="the width", bound=0.5, unit="rad", unseen=(4.0, 5.0), share=0.9
 )
+PUSH = Event("r2", 1.204, 1.398, "tip", "the tip", (3.04, -1.96), "N", ((0.0, 1.1), (1.5, 3.0)))
+BRAKE = Event("r1", 0.5, 0.62, "joint1", "joint 1", (-0.4,), "N m")
 TWO = (law(), law(title="Another law"))
 
 CASES: dict[str, Proposal] = {
@@ -26,6 +30,9 @@ CASES: dict[str, Proposal] = {
     "one carrier": Proposal((carrier(),), (law(),)),
     "no second carrier": Proposal((carrier(), NEITHER), (law(),)),
     "a carrier with a factor first": Proposal((FRICTION,), (law(),)),
+    "carriers that these recordings cannot tell apart": proposal(law(), alike=1),
+    "a push in two recordings": Proposal(events=(PUSH, replace(PUSH, recording="r3", start=0.7))),
+    "a torque at a joint": Proposal(events=(BRAKE,)),
     "within the noise": proposal(reason=WITHIN_NOISE),
     "no carrier": proposal(reason=NO_CARRIER),
     "no law": proposal(reason=NO_LAW),

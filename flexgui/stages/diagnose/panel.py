@@ -27,6 +27,7 @@ from flexgui.stages.diagnose.model_versions import (
     error_rose,
     error_stayed,
     ladder_steps,
+    proposed_events,
     restated,
 )
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
@@ -124,7 +125,7 @@ class DiagnosePanel(Panel):
             return ""
         if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND
-        if self.session.diagnosis.laws:
+        if self.session.diagnosis.laws or proposed_events(version):
             return ADD_LAW
         more = may_explain(version.found)
         if version.diagnosis is None:
