@@ -143,8 +143,8 @@ def starts_over_horizon(
 ) -> list[np.ndarray]:
     """The starts (P,) of descents over whole recordings, from descents over growing first parts.
 
-    Starts that meet over one part go on as one. A start that fits the next part better than where
-    it has led is returned to: what a model lacks may take a short part's descent anywhere.
+    Starts that meet over one part go on as one. A descent goes on from its start where that
+    fits the next part better: what a model lacks may take the descent over a short part anywhere.
     """
     vectors = list(starts)
     if all(e.model.arm.coordinates == e.model.arm.joints for e in residuals.experiments):

@@ -153,7 +153,8 @@ class _Proposing:
         functions: list[SmoothFunction] = []
         for target in places:
             self.progress.advance(0, f"At {target.title}")
-            functions += self._of_target(target)
+            choices, stopped = target.choices(self.model, self.motions), self.progress.stopped
+            functions += smooth_functions(self.model, target, choices, stopped=stopped)
             self.progress.advance(1)
             if self.progress.stopped():
                 break
@@ -169,10 +170,6 @@ class _Proposing:
             return ()
         self.progress.stage("Asking whether something happened once in each recording", None)
         return events_in(self.model, self.progress.stopped)
-
-    def _of_target(self, target: Target) -> list[SmoothFunction]:
-        choices = target.choices(self.model, self.motions)
-        return smooth_functions(self.model, target, choices, stopped=self.progress.stopped)
 
     def _short_laws(self, functions: Sequence[SmoothFunction]) -> list[Law]:
         """The laws that are refitted: the best of each of the best variables first."""
