@@ -40,7 +40,7 @@ from ..propose.short_laws import (
     logarithm,
     short_laws,
 )
-from ..propose.targets import Target, targets
+from ..propose.targets import targets
 from ..propose.variables import COARSE, FINE, actual_motions, ends
 from ..results import (
     Carrier,
