@@ -38,9 +38,17 @@ class ValidationFit:
     """A fitted model on validation recordings."""
 
     data: FitData
-    problem: Problem
-    errors: Sequence[np.ndarray]
-    """(M, k) per recording, in floors."""
+    fit: FitResult
+
+    @property
+    def problem(self) -> Problem:
+        """The model at what was fitted."""
+        return self.fit.problem
+
+    @property
+    def errors(self) -> Sequence[np.ndarray]:
+        """(M, k) per recording, in floors."""
+        return self.fit.errors
 
 
 def fit_validation(validation: FitData | None, refit: FitResult) -> ValidationFit | None:
@@ -57,8 +65,7 @@ def fit_validation(validation: FitData | None, refit: FitResult) -> ValidationFi
     fixed_data = replace(validation, nuisance=own, fixed=fixed, substeps=validation.result_substeps)
     values = problem.all_values()
     start = problem_of(fixed_data, problem.model.effects, values, freed=refitted)
-    fitted = fit(start, None, lambda: False, VALIDATION_ITERATIONS)
-    return ValidationFit(fixed_data, fitted.problem, fitted.errors)
+    return ValidationFit(fixed_data, fit(start, None, lambda: False, VALIDATION_ITERATIONS))
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from ..estimate.fit_result import fit
 from ..estimate.fitted_model import FittedModel
 from ..estimate.minimum import RELEVANT
 from ..estimate.problem import FitData, problem_of
+from ..estimate.validation import ValidationFit
 from ..identify.first_states import START, first_state_names
 from ..identify.predictor import MotionCache
 from ..identify.prepared_recording import Prepared, prepare
@@ -46,7 +47,7 @@ MARGIN = 0.5
 """Of an event's length, that is left out before and after it."""
 
 HALF = 0.5
-"""Of the largest force: where an event begins and ends."""
+"""Of the usual force: where an event begins and ends."""
 
 
 class Stretch(NamedTuple):
@@ -55,10 +56,19 @@ class Stretch(NamedTuple):
     start: float
     stop: float
 
+    def widened(self, end: float) -> Stretch:
+        """With a margin on both sides, within a recording that ends at `end` in s."""
+        margin = MARGIN * (self.stop - self.start)
+        return Stretch(max(self.start - margin, 0.0), min(self.stop + margin, end))
 
-def events_in(model: FittedModel, stopped: Callable[[], bool] = lambda: False) -> tuple[Event, ...]:
+
+def events_in(
+    model: FittedModel, stopped: Callable[[], bool] = lambda: False,
+    unseen: Callable[[FittedModel], ValidationFit | None] = lambda _: None,
+) -> tuple[Event, ...]:  # fmt: skip
     """One event in each recording whose error is above the noise, where the recordings show nothing
-    more without these stretches; else none."""
+    more without these stretches, and those of recordings that no fit has seen (`unseen` fits a
+    model to them); else none."""
     above = _above_noise(model)
     pairs = zip(above, model.data.experiments, strict=True)
     struck = [i for i, (x, e) in enumerate(pairs) if x > RELEVANT * e.counted.sum()]
@@ -76,7 +86,11 @@ def events_in(model: FittedModel, stopped: Callable[[], bool] = lambda: False) -
             return ()
         events = _events(model, values, place, stretches)
         stretches = {i: _around(model, i, event) for i, event in events.items()}
-    return tuple(_with_rest(model, i, event) for i, event in events.items())
+    own = (_with_rest(model, i, event) for i, event in events.items())
+    other = unseen(FittedModel(data, calm, model.effects))
+    if other is None:
+        return tuple(own)
+    return (*own, *events_in(FittedModel(other.data, other.fit, model.effects), stopped))
 
 
 def _above_noise(model: FittedModel) -> list[float]:
@@ -247,13 +261,15 @@ def _prepared(e: Prepared, part: Recording) -> Prepared:
 def _events(
     model: FittedModel, values: Mapping[str, float], place: _Place, stretches: Mapping[int, Stretch]
 ) -> dict[int, Event]:
-    """What acts in each stretch (by recording), by a model with the `values` of all else."""
+    """What acts in and around each stretch (by recording), by a model with the `values` of all
+    else."""
     problem = problem_of(replace(model.data, anchor=None), model.effects, values)
     at = replace(model, refit=replace(model.refit, problem=problem))
     time = time_of([motion for motion, _, _ in problem.motions()])
-    begin = [stretches[i].start if i in stretches else np.inf for i in range(len(time.along))]
+    looked = {i: s.widened(float(time.along[i][-1])) for i, s in stretches.items()}
+    begin = [looked[i].start if i in looked else np.inf for i in range(len(time.along))]
     since = replace(time, along=tuple(x - t for x, t in zip(time.along, begin, strict=True)))
-    knots = np.linspace(0.0, max(s.stop - s.start for s in stretches.values()), FINE)
+    knots = np.linspace(0.0, max(s.stop - s.start for s in looked.values()), FINE)
     columns, errors = _columns(at, place, since, knots), problem.errors(problem.vector)
     found = dict[int, Event]()
     for i in stretches:
@@ -288,10 +304,8 @@ def _force(columns: np.ndarray, errors: np.ndarray) -> np.ndarray:
 
 def _around(model: FittedModel, i: int, event: Event) -> Stretch:
     """A stretch of recording `i` that holds the whole of an event."""
-    time = model.data.experiments[i].recording.time
-    margin = MARGIN * (event.stop - event.start)
-    start, stop = event.start - margin - time[0], event.stop + margin - time[0]
-    return Stretch(max(float(start), 0.0), min(float(stop), float(time[-1] - time[0])))
+    first, last = (float(model.data.experiments[i].recording.time[k]) for k in (0, -1))
+    return Stretch(event.start - first, event.stop - first).widened(last - first)
 
 
 def _acting(knots: np.ndarray, force: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -300,6 +314,7 @@ def _acting(knots: np.ndarray, force: np.ndarray) -> tuple[float, float, np.ndar
     fine = np.linspace(knots[0], knots[-1], 20 * len(knots))
     along = np.array([np.interp(fine, knots, f) for f in force])
     size = np.linalg.norm(along, axis=0)
-    acting = np.flatnonzero(size > HALF * size.max())
+    typical = np.sum(size**2) / max(float(np.sum(size)), 1e-300)  # an edge may ring
+    acting = np.flatnonzero(size >= HALF * typical)
     during = slice(acting[0], acting[-1] + 1)
     return float(fine[acting[0]]), float(fine[acting[-1]]), along[:, during].mean(axis=1)

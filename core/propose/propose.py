@@ -169,7 +169,7 @@ class _Proposing:
         if clear or self.sure or self.progress.stopped():
             return ()
         self.progress.stage("Asking whether something happened once in each recording", None)
-        return events_in(self.model, self.progress.stopped)
+        return events_in(self.model, self.progress.stopped, self.memo.validation_fit)
 
     def _short_laws(self, functions: Sequence[SmoothFunction]) -> list[Law]:
         """The laws that are refitted: the best of each of the best variables first."""

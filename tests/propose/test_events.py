@@ -14,7 +14,8 @@ from flexgui.session.scenario_edits import apply_edits
 from flexgui.stages.diagnose.effects import without_events
 from tests.propose.test_propose import DRIVE, NOISE, project, recorded
 
-PUSHES = {"r0": (0.35, (3.0, -1.5)), "r1": (0.62, (-2.0, 2.5)), "r2": (0.22, (1.0, 3.0))}
+PUSHES = {"r0": (0.35, (3.0, -1.5)), "r1": (0.62, (-2.0, 2.5)), "r2": (0.22, (1.0, 3.0)),
+          "unseen": (0.5, (2.0, 2.0))}  # fmt: skip
 """Recording -> when the push begins, in s, and its force in N along z1 and z2."""
 LASTS, SECONDS = 0.15, 1.2
 
@@ -38,7 +39,9 @@ def pushed(name: str, theta2: float, seed: int) -> dict[str, Any]:
 @cache
 def rig() -> fg.Project:
     """With a model that knows of no push."""
-    return project([pushed(f"r{k}", x, k) for k, x in enumerate((0.6, 1.3, 1.9))])
+    places = zip(PUSHES, (0.6, 1.3, 1.9, 1.0), strict=True)
+    recordings = [pushed(name, x, seed) for seed, (name, x) in enumerate(places)]
+    return project([*recordings[:-1], {**recordings[-1], "role": "validate"}])
 
 
 @cache
