@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -54,10 +55,15 @@ class Acceptance:
     """Kinds of a set that was refitted jointly -> those that were refuted. None is refitted twice.
     """
 
+    @cached_property
+    def tolerated(self) -> bool:
+        """Whether the model before is within what a person allows it to miss beside the noise."""
+        return within_tolerance(self.data, self.before.errors)
+
     def accept(self, refitted: Sequence[RefittedCandidate], most: int) -> Round:
         """The round with what is added of the `refitted` candidates, best first; `most` at most."""
         best = refitted[0].refit if refitted else self.before
-        alone = self._explains(best) or within_tolerance(self.data, self.before.errors)
+        alone = self._explains(best) or self.tolerated
         joint = None if alone else self._accept_set(refitted, most)
         return joint or self._accept_single(refitted, most)
 
@@ -111,7 +117,7 @@ class Acceptance:
         it explains more than the noise itself. Of what a person allows the model to miss it
         explains nearly all, and unseen recordings confirm it where there are any."""
         objection = self.judge.objection(data, after, [w.screened.effect], larger=True)
-        tolerated = within_tolerance(self.data, self.before.errors)
+        tolerated = self.tolerated
         enough = w.reduction >= (WHOLE_SHARE if tolerated else LEAST_SHARE)
         if objection is not None or (enough and not tolerated):
             return objection

@@ -96,9 +96,7 @@ def weighed(kind: str, share: float = 0.9) -> RefittedCandidate:
 
 
 BEFORE = SimpleNamespace(cost=3.0 * SAMPLES)
-DATA = SimpleNamespace(count=SAMPLES, tolerances={})
-TOLERANT = SimpleNamespace(count=SAMPLES, tolerances={"z1": 9.0})
-"""Where a person allows the model to miss three times the noise."""
+DATA = SimpleNamespace(count=SAMPLES)
 
 
 @dataclass(frozen=True)
@@ -161,6 +159,8 @@ def test_unseen_recordings_refute_what_changes_their_errors_for_nothing(
 class Scripted(Acceptance):
     """Refits are not made, and what is asked for beside the best effect is noted."""
 
+    tolerated = False
+
     def _converge(self, best):
         after = SimpleNamespace(cost=best.refit.cost, kind=best.screened.effect.kind)
         return best, self.data, after
@@ -168,6 +168,12 @@ class Scripted(Acceptance):
     def _accept_set(self, refitted, most):
         self.screened.asked.append("sets")
         return
+
+
+class Tolerating(Scripted):
+    """The model before is within what a person allows it to miss."""
+
+    tolerated = True
 
 
 @dataclass(frozen=True)
@@ -185,11 +191,11 @@ class Refusing:
 
 
 def singly(
-    judge: Refusing, *ranked: RefittedCandidate, data: Any = DATA
+    judge: Refusing, *ranked: RefittedCandidate, by: type[Scripted] = Scripted
 ) -> tuple[Round, list[str]]:
     """What a round accepts of these, and whether sets were asked for."""
     seen: Any = SimpleNamespace(asked=[])
-    work = Scripted(data, cast(Any, BEFORE), (), seen, 1, NEVER, cast(Any, judge))
+    work = by(cast(Any, DATA), cast(Any, BEFORE), (), seen, 1, NEVER, cast(Any, judge))
     return work._accept_single(ranked, 2), seen.asked
 
 
@@ -218,7 +224,7 @@ def test_of_what_a_person_tolerates_an_effect_explains_nearly_all_of_unseen_reco
     share: float, change: float | None, accepted: bool
 ) -> None:
     unseen = None if change is None else UnseenChange(1.0, change, 0.01)
-    found, _ = singly(Refusing(change=unseen), weighed("torque_offset", share), data=TOLERANT)
+    found, _ = singly(Refusing(change=unseen), weighed("torque_offset", share), by=Tolerating)
     assert (found.accepted is not None) == accepted
     if not accepted:
         wanted = Reason.UNSEEN if share > 0.9 else Reason.SMALL_SHARE
