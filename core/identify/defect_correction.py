@@ -164,7 +164,8 @@ def corrected_minimum(
     share, least = LAST_REDUCTION / residuals.count, np.inf
     for _ in range(MOST_ROUNDS):
         fewest, fine, is_near = _fine_errors(coarse, vector, slopes, fewest)
-        if not (is_near or cost_of(fine) < (1.0 - share) * least):
+        is_first = least == np.inf
+        if not (is_first or is_near or cost_of(fine) < (1.0 - share) * least):
             break  # far above the noise few steps may lead along a valley for ever
         corrected, least = replace(coarse, anchor=Anchor(coarse, vector, fine)), cost_of(fine)
         if is_near:

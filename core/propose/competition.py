@@ -33,7 +33,7 @@ def explaining_law(search: Search, found: Found) -> Found | None:
         return None
     first = found.path[0]
     given = _as_given(last, first.model, search.progress.stopped)
-    answer = laws_on(search, given, _ranking(search, first.model), sure=True)
+    answer = laws_on(search, given, _ranking(search, first.model), clear=True)
     if answer.grown is None or _leaves_more_than_noise(search, answer.grown):
         return None
     return _given_with(first, given, _without(answer.proposal, search, last))

@@ -71,23 +71,23 @@ def events_in(
     model to them); else none."""
     above = _above_noise(model)
     pairs = zip(above, model.data.experiments, strict=True)
-    struck = [i for i, (x, e) in enumerate(pairs) if x > RELEVANT * e.counted.sum()]
-    found = _likeliest(model, struck, above, stopped)
+    disturbed = [i for i, (x, e) in enumerate(pairs) if x > RELEVANT * e.counted.sum()]
+    found = _likeliest(model, disturbed, above, stopped)
     if found is None:
         return ()
     place, stretches = found
     values, events = model.refit.problem.all_values(), dict[int, Event]()
     for _ in range(ROUNDS):
         data = without_stretches(model.data, stretches)
-        calm = fit(problem_of(data, model.effects, values), None, stopped)
-        values |= calm.problem.all_values()
-        left = max(cost_of(calm.errors) - data.count, 0.0)
-        if stopped() or left > (1.0 - WHOLE_SHARE) * sum(above[i] for i in struck):
+        undisturbed = fit(problem_of(data, model.effects, values), None, stopped)
+        values |= undisturbed.problem.all_values()
+        left = max(cost_of(undisturbed.errors) - data.count, 0.0)
+        if stopped() or left > (1.0 - WHOLE_SHARE) * sum(above[i] for i in disturbed):
             return ()
         events = _events(model, values, place, stretches)
         stretches = {i: _around(model, i, event) for i, event in events.items()}
     own = (_with_rest(model, i, event) for i, event in events.items())
-    other = unseen(FittedModel(data, calm, model.effects))
+    other = unseen(FittedModel(data, undisturbed, model.effects))
     if other is None:
         return tuple(own)
     return (*own, *events_in(FittedModel(other.data, other.fit, model.effects), stopped))
@@ -116,9 +116,12 @@ def _places(model: FittedModel) -> list[_Place]:
 
 
 def _likeliest(
-    model: FittedModel, struck: Sequence[int], above: Sequence[float], stopped: Callable[[], bool]
+    model: FittedModel,
+    disturbed: Sequence[int],
+    above: Sequence[float],
+    stopped: Callable[[], bool],
 ) -> tuple[_Place, dict[int, Stretch]] | None:
-    """The place whose forces in one stretch of each struck recording explain most, and the
+    """The place whose forces in one stretch of each disturbed recording explain most, and the
     stretches (by recording); None if they explain less than half, in one of the recordings."""
     best, most = None, 0.0
     time = time_of([motion for motion, _, _ in model.refit.problem.motions()])
@@ -127,7 +130,7 @@ def _likeliest(
         if stopped():
             return None
         columns = _columns(model, place, time, knots)
-        each = {i: _stretch(model, i, columns, knots) for i in struck}
+        each = {i: _stretch(model, i, columns, knots) for i in disturbed}
         share = min((x / above[i] for i, (x, _) in each.items()), default=0.0)
         total = sum(x for x, _ in each.values())
         if share > HALF and total > most:

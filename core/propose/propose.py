@@ -101,12 +101,12 @@ class Answer(NamedTuple):
 
 @fast_thread_switching()
 def laws_on(
-    search: Search, model: FittedModel, ranking: Sequence[RankedEffect] = (), *, sure: bool = False
+    search: Search, model: FittedModel, ranking: Sequence[RankedEffect] = (), *, clear: bool = False
 ) -> Answer:
-    """Laws for what a model leaves; `ranking`: the listed effects as ranked on it. `sure`: only
+    """Laws for what a model leaves; `ranking`: the listed effects as ranked on it. `clear`: only
     where one variable carries nearly everything."""
     clock = time.perf_counter()
-    answer = _Proposing(search, model, ranking, sure).run()
+    answer = _Proposing(search, model, ranking, clear).run()
     proposal = replace(
         answer.proposal, seconds=time.perf_counter() - clock, stopped=search.progress.stopped()
     )
@@ -117,9 +117,9 @@ class _Proposing:
     """One search for laws."""
 
     def __init__(
-        self, search: Search, model: FittedModel, ranking: Sequence[RankedEffect], sure: bool
+        self, search: Search, model: FittedModel, ranking: Sequence[RankedEffect], clear: bool
     ) -> None:
-        self.model, self.search, self.ranking, self.sure = model, search, ranking, sure
+        self.model, self.search, self.ranking, self.clear = model, search, ranking, clear
         self.motions = actual_motions(model)
         self.progress, self.memo = search.progress, search.memo
         self.stated = len(self.memo.stated)
@@ -135,7 +135,7 @@ class _Proposing:
         if events:
             return Answer(Proposal(carriers, events=events), None)
         tolerated = within_tolerance(model.data, model.refit.errors)
-        least = WHOLE_SHARE if tolerated or self.sure else LEAST_SHARE
+        least = WHOLE_SHARE if tolerated or self.clear else LEAST_SHARE
         if not functions or functions[0].share < least or self.progress.stopped():
             return Answer(Proposal(carriers, reason=NO_CARRIER), None)
         laws = self._short_laws(functions)
@@ -165,8 +165,8 @@ class _Proposing:
 
     def _events(self, functions: Sequence[SmoothFunction]) -> tuple[Event, ...]:
         """What happened once in each recording, where no variable carries nearly everything."""
-        clear = functions and functions[0].share >= WHOLE_SHARE
-        if clear or self.sure or self.progress.stopped():
+        found = functions and functions[0].share >= WHOLE_SHARE
+        if found or self.clear or self.progress.stopped():
             return ()
         self.progress.stage("Asking whether something happened once in each recording", None)
         return events_in(self.model, self.progress.stopped, self.memo.validation_fit)

@@ -54,9 +54,8 @@ def needless_sentence(proposal: Proposal) -> str:
 
 
 WITHOUT_EVENTS = (
-    "Without these stretches the model explains nearly all of the error. Leave them out, and "
-    "diagnose what is left: state each of these recordings twice, with the window before and after "
-    "its event."
+    "Without these stretches nearly all of the error is gone. Leave them out, and diagnose what is "
+    "left: state each of these recordings twice, with the window before and after its event."
 )
 
 

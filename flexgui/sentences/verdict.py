@@ -305,10 +305,9 @@ def _unlisted(diagnosis: Diagnosis) -> list[str]:
     elif best := _best(diagnosis.ranking):
         closest = f"The best, {best[0]}, explains {best[1]} of the error above the noise floor."
         opening = " ".join(part for part in (opening, closest, _refused(diagnosis)) if part)
-    advice = (
-        f"{_error_by_channel(diagnosis)} The error maps show when and where it happens. You can "
-        "write your own effect as a formula."
-    )
+    advice = f"{_error_by_channel(diagnosis)} The error maps show when and where it happens."
+    if not (proposal and proposal.events):
+        advice += " You can write your own effect as a formula."
     by_law = any(law.rms[1] < ABOVE_IN_ONE for law in laws)
     line = "" if by_law else vibration(diagnosis.error_left)
     return [opening, line, _not_tried(diagnosis), advice, _at_bounds(diagnosis)]

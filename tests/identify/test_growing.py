@@ -85,7 +85,7 @@ def test_the_first_swings_lead_to_the_true_stiffness(experiment: Prepared) -> No
     assert apart(at_once.vector) > 10.0 * FOUND  # or the way by the first swings shows nothing
 
 
-def test_no_start_is_led_to_where_the_whole_recordings_fit_worse(experiment: Prepared) -> None:
+def test_no_start_ends_where_the_whole_recordings_fit_worse(experiment: Prepared) -> None:
     e, first = experiment, SAMPLES // 8
     shaken = 20.0 * np.random.default_rng(1).standard_normal((2, SAMPLES))
     shaken[:, first:] = 0.0
@@ -95,11 +95,11 @@ def test_no_start_is_led_to_where_the_whole_recordings_fit_worse(experiment: Pre
     wrong = replace(e.recording, channels=channels)
     r = residuals(prepare(e.model, wrong, e.outputs, e.processing), OFF)
     starts = [TRUE * factors for factors in (OFF, (1.0, 1.0), (1.1, 0.95), (0.5, 2.0))]
-    before, after = (r.costs(np.array(x)) for x in (starts, led_from(r, starts)))
+    before, after = (r.costs(np.array(x)) for x in (starts, grown_from(r, starts)))
     assert np.all(after <= before)
 
 
-def led_from(r: Residuals, starts: list[np.ndarray]) -> list[np.ndarray]:
+def grown_from(r: Residuals, starts: list[np.ndarray]) -> list[np.ndarray]:
     return starts_over_horizon(r, starts, lambda _: False)
 
 

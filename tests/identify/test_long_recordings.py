@@ -244,6 +244,16 @@ def test_corrected_steps_lead_to_the_minimum_from_far_away(
     assert np.all(np.abs(found.vector - whole.vector) < SAME * deviations)
 
 
+def test_where_a_simulation_diverges_no_minimum_is_stated(
+    model: Model, recording: Recording
+) -> None:
+    residuals = one_step_per_sample(model, recording)
+    start = residuals.unknowns.parameters.vector()
+    slopes, limits = residuals.slopes(start), bounds_and_prior(residuals.unknowns.parameters)
+    _, found = corrected_minimum(residuals, np.full(len(start), np.nan), slopes, limits)
+    assert not np.isfinite(found.cost)
+
+
 @pytest.mark.parametrize("lag", [0, 1, 50, 200])
 def test_covariances_by_transform_are_those_by_products(lag: int) -> None:
     r = np.random.default_rng(3).standard_normal((500, 3)).cumsum(axis=0)

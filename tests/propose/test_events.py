@@ -86,3 +86,5 @@ def test_a_recording_is_stated_before_and_after_its_event() -> None:
     assert [p.window for p in parts] == [(0.0, 0.9), (1.3, 3.0)]
     assert {p.file for p in parts} == {"b.csv"} and len({p.name for p in parts}) == 2
     assert all(p.mask == first.mask for p in parts)
+    again = apply_edits(scenario, without_events([event]))
+    assert len({p.name for p in again.recordings}) == len(again.recordings) == 4

@@ -77,11 +77,13 @@ def without_events(events: Sequence[Event]) -> Edit:
     def edit(document: ScenarioDict) -> None:
         entries = list[dict[str, Any]]()
         for entry in document.get("recordings", ()):
-            name = entry["name"]
-            windows = rests.get(name, (None,))
-            for k, window in enumerate(windows, start=1):
-                cut = {} if window is None else {"window": list(window)}
-                entries.append(entry | cut | ({"name": f"{name}, part {k}"} if k > 1 else {}))
+            rest = rests.get(entry["name"])
+            if rest is None:
+                entries.append(entry)
+                continue
+            entries += [entry | {"window": list(window)} for window in rest]
+            for further in entries[len(entries) - len(rest) + 1 :]:
+                further.pop("name")  # it gets one that is free
         document["recordings"] = entries
 
     return edit
