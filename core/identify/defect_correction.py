@@ -13,6 +13,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,9 +39,9 @@ MOST_STEPS = 64
 """Steps per sample of the finest simulation: with friction doublings would never end."""
 
 MOST_MOVE = 0.01
-"""Squared move of the parameters by twice the steps, in standard deviations, in any direction: a
-tenth of one adds half a per cent to it. As far as the minimum is away, a tenth of the way will do.
-"""
+"""Squared move of the parameters by the step error, in standard deviations, in any direction: a
+tenth of one adds half a per cent to it. Farther than MOST_DESCENT from the minimum a tenth of the
+way will do."""
 
 LAST_REDUCTION = 0.1
 """Reduction of the squared error, in mean squares of the residual, below which the last descent
@@ -190,13 +191,14 @@ def _fine_errors(
     parameter by more than a share of its standard deviation."""
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
     while True:
-        coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
+        better = extrapolated(*runs[-2:])
         away = _moved(better, slopes, better)
-        most = MOST_MOVE * max(away, 1.0)
-        if _remaining_move(runs, coarse, better, slopes) < most or 4 * steps >= MOST_STEPS:
-            return steps, better, away < MOST_DESCENT**2
+        is_near = away < MOST_DESCENT**2
+        most = MOST_MOVE * (1.0 if is_near else away)
+        if _remaining_move(runs, slopes) < most or 4 * steps >= MOST_STEPS:
+            return steps, better, is_near
         steps *= 2
-        runs = [*runs[1:], errors_with(residuals, vector, 4 * steps)]
+        runs = [*runs, errors_with(residuals, vector, 4 * steps)]
 
 
 def _along_fine_slopes(
@@ -257,24 +259,31 @@ def is_minimum(vector: np.ndarray, end: Descended) -> bool:
     return _length(end.vector - vector, end) < MOST_MOVE
 
 
-def _remaining_move(
-    runs: Sequence[list[np.ndarray]], coarse: Sequence[np.ndarray], better: Sequence[np.ndarray],
-    slopes: Sequence[np.ndarray],
-) -> float:  # fmt: skip
-    """Squared move of the parameters, in standard deviations, by the remaining step error of
-    `runs`: errors (M, k) with some steps, twice and four times as many, whose first two are
-    extrapolated to `coarse`, the last two to `better`.
+def _remaining_move(runs: Sequence[list[np.ndarray]], slopes: Sequence[np.ndarray]) -> float:
+    """Squared move of the parameters, in standard deviations, by the remaining step error of the
+    last two of `runs`, extrapolated: errors (M, k) with some steps, twice as many, and so on.
 
-    Half the step leaves a share of the error: a quarter of a smooth motion's, half where there are
-    edges. Of the extrapolated errors the next change is the square of that share, and what all
-    further ones add up to is left: a fifteenth and a third of the last change.
+    Twice as many steps leave a share of the error: a sixteenth of a smooth motion's (a quarter
+    without extrapolation), half where there are edges, more where a vibration is not resolved; less
+    only by chance. All further changes add up to share / (1 - share) of the last one.
     """
-    first, second, last = (
-        _moved([a - b for a, b in zip(*pair, strict=True)], slopes, better)
-        for pair in ((runs[0], runs[1]), (runs[1], runs[2]), (coarse, better))
-    )
-    square = min(second / first, 0.5) if first > 0.0 else 0.0
-    return last * (square / (1.0 - square)) ** 2
+    better = [extrapolated(*pair) for pair in pairwise(runs)]
+    # Of plain errors the share is larger: with three runs it stands for the other, as a bound.
+    sequence, least = (better, 1 / 16) if len(better) > 2 else (runs, 1 / 4)
+    first, second = (_change(*pair, slopes, better[-1]) for pair in pairwise(sequence[-3:]))
+    share = max(np.sqrt(second / first), least) if first > 0.0 else least
+    last = _change(*better[-2:], slopes, better[-1])
+    return last * (share / (1.0 - share)) ** 2 if share < 1.0 else np.inf
+
+
+def _change(
+    before: Sequence[np.ndarray],
+    after: Sequence[np.ndarray],
+    slopes: Sequence[np.ndarray],
+    errors: Sequence[np.ndarray],
+) -> float:
+    """Squared move of the minimum from errors (M, k) before to those after."""
+    return _moved([a - b for a, b in zip(before, after, strict=True)], slopes, errors)
 
 
 def _moved(

@@ -26,15 +26,16 @@ from ..sentences import listed
 
 
 def explaining_law(search: Search, found: Found) -> Found | None:
-    """The model as given with a law that leaves no more than noise, of unseen recordings as well,
-    where what a search has added leaves more; else None."""
+    """The model as given with a law, or with events, that leaves no more than noise, of unseen
+    recordings as well, where what a search has added leaves more; else None."""
     last = against_noise_alone(found.model, search.options) or found.model
     if search.progress.stopped() or not _leaves_more_than_noise(search, last):
         return None
     first = found.path[0]
     given = _as_given(last, first.model, search.progress.stopped)
     answer = laws_on(search, given, _ranking(search, first.model), clear=True)
-    if answer.grown is None or _leaves_more_than_noise(search, answer.grown):
+    explained = answer.grown is not None and not _leaves_more_than_noise(search, answer.grown)
+    if not (answer.proposal.events or explained):
         return None
     return _given_with(first, given, _without(answer.proposal, search, last))
 

@@ -166,7 +166,7 @@ class _Proposing:
     def _events(self, functions: Sequence[SmoothFunction]) -> tuple[Event, ...]:
         """What happened once in each recording, where no variable carries nearly everything."""
         found = functions and functions[0].share >= WHOLE_SHARE
-        if found or self.clear or self.progress.stopped():
+        if found or self.progress.stopped():
             return ()
         self.progress.stage("Asking whether something happened once in each recording", None)
         return events_in(self.model, self.progress.stopped, self.memo.validation_fit)
