@@ -272,7 +272,7 @@ def _remaining_move(runs: Sequence[list[np.ndarray]], slopes: Sequence[np.ndarra
     sequence, least = (better, 1 / 16) if len(better) > 2 else (runs, 1 / 4)
     first, second = (_change(*pair, slopes, better[-1]) for pair in pairwise(sequence[-3:]))
     share = max(np.sqrt(second / first), least) if first > 0.0 else least
-    last = _change(*better[-2:], slopes, better[-1])
+    last = _change(better[-2], better[-1], slopes, better[-1])
     return last * (share / (1.0 - share)) ** 2 if share < 1.0 else np.inf
 
 
