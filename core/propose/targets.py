@@ -96,10 +96,10 @@ class JointTarget(ForceTarget):
         for x in joint_variables(model, motions, k):
             coarse = replace(x, knots=COARSE)
             chosen.append((x, nothing))
-            if x.place or x.word == f"u{k + 1}":
+            if x.place or x.own_load:
                 chosen.append((coarse, seen_from_elsewhere if x.elsewhere else direction))
             for j, speed in enumerate(speeds):
-                product = x.place or x.word == f"u{k + 1}" or (j != k and x.word == f"d{word}")
+                product = x.place or x.own_load or (j != k and x.own_speed)
                 chosen += [(coarse, speed)] if product else []
         return chosen + [(x, nothing) for x in bristle_shares(motions, k, unit)]
 

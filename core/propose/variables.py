@@ -54,6 +54,10 @@ class Variable:
     """Whether it is an angle, in which harmonics make sense."""
     place: bool = False
     """Whether friction and damping may depend on it: a position or the time."""
+    own_load: bool = False
+    """Whether it is the torque of the law's own joint, on which friction may depend as well."""
+    own_speed: bool = False
+    """Whether it is the speed of the law's own joint."""
     elsewhere: bool = False
     """Whether it belongs to another joint than the law's, which friction() cannot see."""
     constants: tuple[FreeConstant, ...] = ()
@@ -103,8 +107,9 @@ def joint_variables(model: FittedModel, motions: Sequence[Trajectory], k: int) -
             Variable(f"theta{j + 1}", f"position of {of}", unit, places,
                      FINEST if j == k else COARSE, turns, True, j != k),
             Variable(f"dtheta{j + 1}", f"speed of {of}", f"{unit}/s", rates,
-                     FINE if j == k else COARSE),
-            Variable(f"u{j + 1}", f"torque of drive {j + 1}", kind.effort_unit, torque),
+                     FINE if j == k else COARSE, own_speed=j == k),
+            Variable(f"u{j + 1}", f"torque of drive {j + 1}", kind.effort_unit, torque,
+                     own_load=j == k),
         ]  # fmt: skip
     variables += [time_of(motions), *_deflections(model, motions), *_inputs(model)]
     return [x for x in variables if varies(x)]

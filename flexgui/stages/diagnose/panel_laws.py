@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import zip_longest
 
+from flexgui.core.diagnose.evidence import WHOLE_SHARE
 from flexgui.core.results import NOTHING, UNLISTED, Proposal
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.plot import Plot
@@ -15,9 +16,6 @@ from flexgui.views.proposal import law_over_variable
 
 LAW_HEIGHT = 240.0
 """px"""
-
-CLEAR = 0.9
-"""Share of the error that a variable carries, from which its function is worth a picture."""
 
 
 class ProposedLaws(PageElement):
@@ -63,7 +61,7 @@ class LawFigure(PageElement):
             self._words.show()
         elif not proposal.laws:
             carrier = proposal.carriers[0]
-            shown = carrier.share >= CLEAR
+            shown = carrier.share >= WHOLE_SHARE
             self._words.show(WORDS.over_carrier(carrier) if shown else "")
             figures = [law_over_variable(carrier)] if shown else []
         else:
