@@ -54,14 +54,14 @@ class Variable:
     """Whether it is an angle, in which harmonics make sense."""
     place: bool = False
     """Whether friction and damping may depend on it: a position or the time."""
-    own_load: bool = False
-    """Whether it is the torque of the law's own joint, on which friction may depend as well."""
-    own_speed: bool = False
-    """Whether it is the speed of the law's own joint."""
     elsewhere: bool = False
     """Whether it belongs to another joint than the law's, which friction() cannot see."""
     constants: tuple[FreeConstant, ...] = ()
     """What its word leaves open, in braces."""
+    own_load: bool = False
+    """Whether it is the torque of the law's own joint, on which friction may depend as well."""
+    own_speed: bool = False
+    """Whether it is the speed of the law's own joint."""
 
 
 @dataclass(frozen=True)
