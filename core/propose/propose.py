@@ -26,6 +26,7 @@ from ..errors import InputError
 from ..estimate.fit_result import FitResult, with_robust_covariance
 from ..estimate.fitted_model import FittedModel
 from ..estimate.problem import parameter_names, within_tolerance
+from ..estimate.validation import UnseenChange
 from ..information_criteria import fall_of_bic
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
@@ -176,7 +177,7 @@ class _Proposing:
         close = functions[:MOST_CLOSE]
         self.progress.stage("Looking for short laws", len(close) + MOST_CARRIERS)
         # Without a simulation; hats that lie closer together, for the best of them alone.
-        coarse = [(f, law) for f in close for law in self._laws_of(f)[:1]]
+        coarse = [(f, law) for f in close for law in self._laws_of(f, roughly=True)[:1]]
         best = sorted(coarse, key=lambda pair: pair[1].penalised_error)[:MOST_CARRIERS]
         each = [self._laws_of(self._finer(f)) for f, _ in best]
         in_turn = [law for laws in zip_longest(*each) for law in laws if law is not None]
@@ -217,11 +218,11 @@ class _Proposing:
         choices, alone = [(f.variable, f.factor)], replace(other, beside=None)
         return short_laws(smooth_functions(self.model, f.target, choices, FINE, beside=alone)[0])[0]
 
-    def _laws_of(self, f: SmoothFunction) -> list[ShortLaw]:
+    def _laws_of(self, f: SmoothFunction, *, roughly: bool = False) -> list[ShortLaw]:
         if self.progress.stopped():
             return []
         self.progress.advance(1, f"{f.factor.noun} at {f.target.title} over the {f.variable.title}")
-        return short_laws(f)
+        return short_laws(f, roughly=roughly)
 
     def _finer(self, f: SmoothFunction) -> SmoothFunction:
         """The function with FINE knots."""
@@ -276,7 +277,8 @@ class _Proposing:
             close = close and not (noise and remaining_error(found.data, w.refit.errors).above)
             close = close and not self._unseen(w.refit) > self._unseen(self.model.refit)
             new = w.screened is not best.screened and id(w.screened) not in refused
-            if close and new and len(chosen) < MOST_CARRIERS:
+            wanted = close and new and len(chosen) < MOST_CARRIERS
+            if wanted and not self._refuted(found.after, w.refit):
                 chosen.append((w, with_robust_covariance(w.refit)))
         return chosen
 
@@ -300,6 +302,16 @@ class _Proposing:
             delta_bic=w.gain if fall is None else fall, relative=relative,
             likeness=likeness, left=left,
         )  # fmt: skip
+
+    def _refuted(self, best: FitResult, other: FitResult) -> bool:
+        """Whether another law surely leaves more of unseen recordings than the best one."""
+        before, after = (
+            self.memo.validation_fit(FittedModel(self.model.data, refit, ()))
+            for refit in (best, other)
+        )
+        if before is None or after is None:
+            return False
+        return UnseenChange.between(before, after).surely_worse
 
     def _unseen(self, refit: FitResult) -> float:
         """rms on validation recordings in noise floors; NaN without any."""

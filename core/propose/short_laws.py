@@ -226,13 +226,13 @@ def _constant_unit(f: SmoothFunction, constant: Constant) -> str:
     return unit if constant.power > 0.0 or not unit else f"1/{unit}"
 
 
-def short_laws(function: SmoothFunction) -> list[ShortLaw]:
-    """One law of each shape at its best constants, best first."""
-    laws = [law for shape in SHAPES for law in _best(function, shape)]
+def short_laws(function: SmoothFunction, *, roughly: bool = False) -> list[ShortLaw]:
+    """One law of each shape at its best constants, best first; `roughly`: at those of its grid."""
+    laws = [law for shape in SHAPES for law in _best(function, shape, roughly)]
     return sorted(laws, key=lambda law: law.penalised_error)
 
 
-def _best(function: SmoothFunction, shape: Shape) -> Iterator[ShortLaw]:
+def _best(function: SmoothFunction, shape: Shape, roughly: bool) -> Iterator[ShortLaw]:
     """The shape at the constants that explain most; nothing for a shape that makes no sense."""
     variable = function.variable
     if (shape.angles and not variable.whole_turns) or (variable.constants and not shape.varies):
@@ -253,7 +253,7 @@ def _best(function: SmoothFunction, shape: Shape) -> Iterator[ShortLaw]:
 
     grid = shape.grid(*ends(variable))
     best = min(grid, key=left)
-    if best:
+    if best and not roughly:
         # What is narrower than the hats are apart they cannot show; the refit does.
         ends_of = zip(np.min(grid, axis=0), np.max(grid, axis=0), strict=True)
         best = _refined(left, best, list(ends_of))
