@@ -76,7 +76,7 @@ def diagnose(
     reporter = FindingsReporter(inputs, progress)
     if fit == BEFORE and not progress.stopped():
         reporter.check()
-        reporter.report(outcome=refined(scenario, where, inputs, progress))
+        reporter.report(outcome=refined(scenario, where, progress))
 
     def on_ranking(ranking: tuple[RankedEffect, ...], to_come: RemainingTrials) -> None:
         sizes, effects = to_come
@@ -97,7 +97,7 @@ def diagnose(
     step = replace(reporter.seen.step, left=found.steps[0].left)
     reporter.report(step=step, ranking=reported.ranking, diagnosis=reported)
     if fit == AFTER and not progress.stopped():
-        return replace(reporter.seen, outcome=refined(scenario, where, inputs, progress))
+        return replace(reporter.seen, outcome=refined(scenario, where, progress))
     return reporter.seen
 
 
@@ -236,16 +236,13 @@ def _seen(step: LadderStep, begun: BaseFit) -> ModelFindings:
     )
 
 
-def refined(
-    scenario: Scenario, where: ConfinedFolder, inputs: SearchInputs, progress: PartialProgress
-) -> Outcome:
+def refined(scenario: Scenario, where: ConfinedFolder, progress: PartialProgress) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
-    from flexgui.core.diagnose.progress_messages import fit_title
     from flexgui.core.workbench import run_scenario
 
     spec = scenario.identify.model_copy(update={"generations": 0, "refine": True})
     plain = without_diagnosis(scenario).model_copy(update={"identify": spec, "compare": ()})
-    progress.stage(fit_title(inputs.setup.model.effects))
+    progress.stage("Preparing the figures of this model")
     return run_scenario(plain, folder=where, progress=Unseen(progress))
 
 
