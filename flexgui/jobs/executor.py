@@ -78,8 +78,8 @@ class QueueExecutor(Executor):
             )
 
 
-ALONE = PoolSettings(start_delay=0.0, silence=300.0, niceness=0, memory=None, warm_up=None)
-"""Nobody waits at a page: all workers start at once and may use the machine."""
+ALONE = PoolSettings(silence=300.0, niceness=0, memory=None, warm_up=None)
+"""Nobody waits at a page: workers may use the machine."""
 
 
 class Processes(Executor):

@@ -38,7 +38,7 @@ WORKERS = 2
 """Two, so that one slow file does not block all others."""
 SETTINGS = PoolSettings(
     queued_per_session=16,
-    start_delay=float("inf"),  # the second worker starts only for a waiting job
+    kept=0,
     niceness=5,
     memory=MEMORY,
     seconds=FILE_SECONDS,

@@ -214,9 +214,10 @@ class PoolSettings:
     """s that a paused job may keep its worker while others wait; then it is stopped."""
     recycle_after: int = 200
     """Jobs after which a worker is replaced, to free its memory."""
-    start_delay: float = 6.0
-    """s after the start of a worker or job in which no spare worker starts: it would slow down the
-    first ranking of a person who clicks at once."""
+    kept: int = 1
+    """Workers that are always warm; others start for a waiting job."""
+    idle_limit: float = 120.0
+    """s without a job after which a worker beyond those ends: it holds half a gigabyte."""
     start_limit: float = 300.0
     """s that a worker may need to be ready; on a new machine everything is compiled first."""
     niceness: int = 10

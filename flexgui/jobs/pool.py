@@ -48,7 +48,6 @@ class JobPool:
         self._queue: FairQueue = FairQueue()
         self._active: set[Job] = set()
         self._started = False
-        self._last_activity = 0.0
         self._supervisors = [WorkerSupervisor(self, k + 1) for k in range(workers)]
 
     def __enter__(self) -> JobPool:
@@ -143,16 +142,17 @@ class JobPool:
 
     @property
     def wants_worker(self) -> bool:
-        """Whether another worker should start: there is none yet, a job waits without a free one,
-        or nothing has started for `start_delay` s."""
+        """Whether another worker should start: fewer are ready than are kept, or a job waits
+        without a free one."""
         with self.lock:
             idle = self.workers_ready - len(self._active)
-            is_quiet = time.monotonic() - self._last_activity > self.settings.start_delay
-            return is_quiet or not self.workers_ready or len(self._queue) > max(idle, 0)
+            return self.workers_ready < self.settings.kept or len(self._queue) > max(idle, 0)
 
-    def note_activity(self) -> None:
-        """Called when a worker or a job starts: delays the start of spare workers."""
-        self._last_activity = time.monotonic()
+    @property
+    def has_spare_worker(self) -> bool:
+        """Whether more are ready than are kept or needed."""
+        with self.lock:
+            return not len(self._queue) and self.workers_ready > self.settings.kept
 
     def next_job(self, timeout: float) -> Job | None:
         """The next job, started; None where there is none within `timeout` s."""
@@ -163,7 +163,6 @@ class JobPool:
             if job is not None:
                 self._active.add(job)
                 job.record(Started())
-                self.note_activity()
                 self._report_places()
             return job
 

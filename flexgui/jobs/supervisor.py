@@ -157,6 +157,7 @@ class WorkerSupervisor:
         self._worker: WorkerProcess | None = None
         self._jobs = 0
         self._failures = 0
+        self._idle_since = 0.0
         self.thread = threading.Thread(
             target=self._run, name=f"jobs-supervisor-{number}", daemon=True
         )
@@ -174,6 +175,9 @@ class WorkerSupervisor:
                     job = self._pool.next_job(IDLE_POLL_SECONDS)
                     if job is not None:
                         self._run_job(job)
+                        self._idle_since = time.monotonic()
+                    else:
+                        self._end_idle_worker()
             except Exception:
                 log.exception("A worker's supervisor met an error and goes on")
                 self._end_worker(0.0)
@@ -217,7 +221,7 @@ class WorkerSupervisor:
         reason = self._not_ready(worker)
         if reason is None:
             self._failures = 0
-            self._pool.note_activity()
+            self._idle_since = time.monotonic()
             return worker
         worker.end(0.0)
         if not self._pool.closing.is_set():
@@ -245,6 +249,17 @@ class WorkerSupervisor:
             self._pool.fail_waiting(
                 "No worker process can be started; details are in the log of the server."
             )
+
+    def _end_idle_worker(self) -> None:
+        """Ends a worker that had no job for long and is not among those that are kept."""
+        if time.monotonic() - self._idle_since < self._settings.idle_limit:
+            return
+        with self._pool.lock:
+            worker = self._worker if self._pool.has_spare_worker else None
+            if worker is not None:
+                self._worker, self._jobs = None, 0
+        if worker is not None:
+            worker.end(EXIT_PATIENCE)
 
     def _end_worker(self, patience: float) -> None:
         worker, self._worker, self._jobs = self._worker, None, 0

@@ -10,7 +10,7 @@ from flexgui.jobs import JobPool
 from flexgui.jobs.messages import PoolSettings
 from tests.jobs.helpers import EVEN, eventually
 
-LIGHT = PoolSettings(queued_per_session=60, grace=1.0, start_delay=0.0, warm_up=None, niceness=0)
+LIGHT = PoolSettings(queued_per_session=60, grace=1.0, kept=9, warm_up=None, niceness=0)
 """Workers that load nothing, and that are not waited for long."""
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from flexgui.jobs import JobPool, Stopped
 from flexgui.jobs.job import STOPPED
 from tests.jobs.conftest import LIGHT
-from tests.jobs.helpers import Listener, count, eventually, sleep_deaf, task
+from tests.jobs.helpers import PATIENCE, Listener, count, eventually, sleep_deaf, task
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -101,3 +102,13 @@ def test_a_server_that_returns_without_closing_ends_and_leaves_no_worker(tmp_pat
     assert server.stdout is not None
     server.stdout.close()
     assert eventually(lambda: not any(map(alive, pids)), CLOSED_WITHIN)
+
+
+def test_workers_without_a_job_end_except_those_that_are_kept() -> None:
+    with JobPool(2, replace(LIGHT, kept=1, idle_limit=0.5)) as pool:
+        jobs = [pool.submit("s", task(count, steps=100), Listener()) for _ in range(2)]
+        assert eventually(lambda: pool.workers_ready == 2)
+        assert all(job.wait(PATIENCE) for job in jobs)
+        assert eventually(lambda: pool.workers_ready == 1)
+        again = pool.submit("s", task(count, steps=1), Listener())
+        assert again.wait(PATIENCE) and again.result == 1

@@ -18,7 +18,7 @@ SECONDS = 3.0
 """Of which a job that does nothing needs a thousandth, once its worker has loaded what it needs."""
 
 SETTINGS = PoolSettings(
-    grace=1.0, start_delay=0.0, warm_up="tests.jobs.helpers:loaded", niceness=0, memory=ROOM,
+    grace=1.0, kept=9, warm_up="tests.jobs.helpers:loaded", niceness=0, memory=ROOM,
     seconds=SECONDS,
 )  # fmt: skip
 
