@@ -53,15 +53,15 @@ class LinearModel:
         """(nx, nx), regular."""
         return self.at.E
 
-    @cached_property
+    @property
     def A(self) -> np.ndarray:
-        """(nx, nx) of x' = A x + B r: E is divided out."""
-        return np.linalg.solve(self.at.E, self.at.A)
+        """(nx, nx)"""
+        return self.at.A
 
-    @cached_property
+    @property
     def B(self) -> np.ndarray:
-        """(nx, nr) of x' = A x + B r: E is divided out."""
-        return np.linalg.solve(self.at.E, self.at.B)[:, : len(self.inputs)]
+        """(nx, nr)"""
+        return self.at.B[:, : len(self.inputs)]
 
     @cached_property
     def _output(self) -> LinearOutput:
@@ -128,11 +128,16 @@ class LinearModel:
         """
         return frequency_response(self.at, self.kind, frequency)
 
+    def to_state_space(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Divide E out: A (nx, nx), B (nx, nr), C (ny, nx), D (ny, nr) of x' = A x + B r."""
+        A, B = (np.linalg.solve(self.E, each) for each in (self.A, self.B))
+        return A, B, self.C, self.D
+
     def to_scipy(self) -> scipy.signal.StateSpace:
         """Convert into a continuous `scipy.signal.StateSpace`."""
         from scipy.signal import StateSpace
 
-        return StateSpace(self.A, self.B, self.C, self.D)
+        return StateSpace(*self.to_state_space())
 
     def to_control(self) -> control.StateSpace:
         """Convert into a continuous `control.StateSpace` with names of states and signals.
@@ -146,7 +151,7 @@ class LinearModel:
             command = install_command("control")
             raise InputError(f"python-control is not installed; run {command}.") from None
         return control.ss(
-            self.A, self.B, self.C, self.D,
+            *self.to_state_space(),
             states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs),
         )  # fmt: skip
 

@@ -365,6 +365,12 @@ def test_what_is_no_plug_in_is_not_registered() -> None:
     assert fg.drives["torque"] is not taken
 
 
+def test_the_matrices_of_the_descriptor_form_have_the_frequency_response(rig: fg.Project) -> None:
+    at, hz = rig.linear(theta2=1.0), 3.0
+    gain = at.C @ np.linalg.solve(2j * np.pi * hz * at.E - at.A, at.B) + at.D
+    assert gain == pytest.approx(at.frequency_response(np.array([hz])).gain[0], rel=1e-8)
+
+
 def test_scipy_and_control_have_the_same_poles_as_the_model(rig: fg.Project) -> None:
     control = pytest.importorskip("control", reason="python-control is not installed")
     at = rig.linear(theta2=1.0)
