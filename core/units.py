@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 
 _HEADER = re.compile(r"^(?P<name>[^\[\]]*)\[(?P<unit>[^\[\]]*)\]$")
+_ROUND = re.compile(r"^(?P<name>[^()\[\]]*\S)\s*\((?P<unit>[^()\[\]]+)\)$")
 _ALLOWED = re.compile(r"[A-Za-zµμΩε°²³·%/*^()\-. 1-9]{1,40}")
 """Letters, signs and single digits: no unit needs more, and a tower of powers takes for ever."""
 _SPELLINGS = (
@@ -30,12 +31,12 @@ _TOWER = re.compile(r"[1-9]{2}|(\*\*|\^)[^*^/]*(\*\*|\^)")
 
 
 def parse_header(header: str) -> tuple[str, str]:
-    """`theta1 [deg]` as ("theta1", "deg"); the unit is "" where none is given."""
+    """`theta1 [deg]` or `theta1 (deg)` as ("theta1", "deg"); without a unit it is ""."""
     text = header.strip()
-    match = _HEADER.match(text)
-    if match is None:
-        return text, ""
-    return match["name"].strip(), match["unit"].strip()
+    match, other = _HEADER.match(text), _ROUND.match(text)
+    if match is None and other is not None and is_unit(other["unit"].strip()):
+        match = other
+    return (text, "") if match is None else (match["name"].strip(), match["unit"].strip())
 
 
 def factor_to_si(unit: str, si_units: Sequence[str]) -> float:
@@ -64,6 +65,11 @@ def is_unit(text: str) -> bool:
         return bool(text) and bool(_root(text))
     except InputError:
         return False
+
+
+def same_unit(one: str, other: str) -> bool:
+    """Whether two texts are one unit, as `deg/s` and `°/s` are."""
+    return one == other or (is_unit(one) and is_unit(other) and _root(one) == _root(other))
 
 
 _BASE = {"gram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "radian": "rad"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 from typing import NamedTuple
 
 from ..errors import InputError
@@ -18,7 +17,6 @@ MOST_LINES = 300
 """Above the samples; the longest headers of drives' scopes have a few dozen."""
 COMMENT = "#%/!"
 """With one of these begins a line that programs write above their tables."""
-_ROUND = re.compile(r"^(?P<name>[^()\[\]]*\S)\s*\((?P<unit>[^()\[\]]+)\)$")
 
 
 class Heading(NamedTuple):
@@ -31,8 +29,6 @@ class Heading(NamedTuple):
     """Of the file, with data row 1."""
     body: int
     """Byte at which the samples begin."""
-    written: dict[str, str]
-    """Name as the file writes it -> name here, where the two differ."""
 
     @property
     def comma(self) -> bool:
@@ -56,8 +52,8 @@ def read_heading(file: str, block: bytes) -> Heading:
     if below < len(lines) and below != data:
         units = _units(lines[below], delimiter, len(cells))
         below += bool(units)
-    names, written = _with_units(file, cells, units)
-    return Heading(names, delimiter, below + 1, sum(map(len, raw[:below])), written)
+    names = _with_units(file, cells, units)
+    return Heading(names, delimiter, below + 1, sum(map(len, raw[:below])))
 
 
 def decoded(raw: bytes) -> str:
@@ -122,7 +118,7 @@ def _header_line(
 
 
 def _channels(text: str, delimiter: str) -> int:
-    return sum(is_channel(parse_header(_square(cell))[0]) for cell in _names(text, delimiter))
+    return sum(is_channel(parse_header(cell)[0]) for cell in _names(text, delimiter))
 
 
 def _units(text: str, delimiter: str, width: int) -> list[str]:
@@ -133,19 +129,14 @@ def _units(text: str, delimiter: str, width: int) -> list[str]:
     return cells if plain and all(not cell or is_unit(cell) for cell in cells) else []
 
 
-def _square(cell: str) -> str:
-    """`theta1 (deg)` as `theta1 [deg]`."""
-    match = _ROUND.match(cell)
-    return f"{match['name']} [{match['unit']}]" if match and is_unit(match["unit"]) else cell
-
-
-def _with_units(file: str, cells: list[str], units: list[str]) -> tuple[list[str], dict[str, str]]:
+def _with_units(file: str, cells: list[str], units: list[str]) -> list[str]:
+    """The columns' names, with the units of a line of their own."""
     if all(map(is_number, cells)):
         raise InputError(f"{file} has no header line; write the columns' names in line 1.")
     check_distinct(file, [name for name in cells if name])
     names = []
     for k, cell in enumerate(cells):
-        name = _square(cell) or f"column {k + 1}"
+        name = cell or f"column {k + 1}"
         unit = units[k] if units else ""
         names.append(f"{name} [{unit}]" if unit and not parse_header(name)[1] else name)
-    return names, {cell: name for cell, name in zip(cells, names, strict=True) if cell != name}
+    return names

@@ -20,7 +20,7 @@ from ..recording.clock import (
     longest_complete,
     shifted,
 )
-from ..recording.read_table import read_table
+from ..recording.read_table import known_suffix, read_table
 from ..recording.recording import Recording
 from ..recording.resampling import INPUTS, Even, at_rate, even_table
 from ..recording.sources import Source, check_named, check_numbers, find_sources, nearest, unused
@@ -169,8 +169,9 @@ def _sparse(channel: str) -> bool:
 
 
 def file_stem(file: str) -> str:
-    """`th1` of `data/th1.csv.gz`."""
-    return Path(file).name.split(".")[0] or Path(file).name
+    """`th_0.5` of `data/th_0.5.csv.gz`."""
+    path = Path(file)
+    return path.name[: -len(known_suffix(path)) or None] or path.name
 
 
 def _even(table: Table, spec: RecordingSpec, sources: Mapping[str, Source]) -> Even:

@@ -58,7 +58,7 @@ def folder_sentence(path: Path) -> str:
     """Which files of a folder can be named: the parts of a bag, the episodes of a data set."""
     inside = next((files for reader in _all() if (files := _parts(path, reader))), None)
     if inside is None:
-        inside = sorted(p for p in path.glob("*") if _suffix(p) and p.is_file())
+        inside = sorted(p for p in path.glob("*") if known_suffix(p) and p.is_file())
     if not inside:
         return f"{path} is a folder; name the file in it."
     names = [f"{path.name}/{reader.relative_to(path).as_posix()}" for reader in inside]
@@ -70,10 +70,10 @@ def _parts(path: Path, reader: TableReader) -> list[Path]:
     mark, files = reader.folder
     if not mark or not (path / mark).is_file():
         return []
-    return sorted(p for p in path.glob(files) if _suffix(p) and p.is_file())
+    return sorted(p for p in path.glob(files) if known_suffix(p) and p.is_file())
 
 
-def _suffix(path: Path) -> str:
+def known_suffix(path: Path) -> str:
     """The longest known suffix, so that .csv.gz is not taken for another kind of .gz."""
     return max((s for s in readers() if path.name.lower().endswith(s)), key=len, default="")
 
@@ -83,7 +83,7 @@ def _reader(path: Path, start: bytes) -> TableReader:
     best = max(_all(), key=lambda reader: reader.fits(path, start))
     if best.fits(path, start):
         return best
-    types, suffix = readers(), _suffix(path)
+    types, suffix = readers(), known_suffix(path)
     if not suffix:
         raise InputError(
             f"{path.name} has a file type that cannot be read; known types: "

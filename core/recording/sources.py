@@ -19,7 +19,7 @@ from ..recording.channels import channel_kind, is_channel
 from ..recording.spec import UNKNOWN, RecordingSpec
 from ..recording.table import Table, is_number, number
 from ..sentences import did_you_mean, few
-from ..units import factor_to_si, is_unit, parse_header
+from ..units import factor_to_si, is_unit, parse_header, same_unit
 
 
 class Source(NamedTuple):
@@ -95,7 +95,7 @@ def _mapped_header(table: Table, channel: str, stated: str) -> str:
             f"with a value per sample."
         )
     in_file = parse_header(header)[1]
-    if unit and in_file and unit != in_file:
+    if unit and in_file and not same_unit(unit, in_file):
         raise InputError(
             f"{table.source}: column {header} is in [{in_file}] by its header and in [{unit}] by "
             f"columns.{channel}; correct one of them."

@@ -1,8 +1,11 @@
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.load import file_stem, load_recording
 from flexgui.core.recording.save import save_recording
 from flexgui.core.recording.spec import RecordingSpec
 
@@ -26,6 +29,32 @@ def test_headers_with_units_are_converted(write):
     assert recording.sample_time == pytest.approx(1e-6)
     assert recording["theta1"][50] == pytest.approx(np.deg2rad(np.sin(0.45)), rel=ROUNDING)
     assert recording["z1"][0] == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("header", ["theta1 (deg)", "theta1 [°]", "theta1(deg)"])
+def test_a_unit_in_any_brackets_holds_in_every_kind_of_file(write, tmp_path, header):
+    text = _text(f"t,{header},z1,z2")
+    as_text = _load(write(text))
+    pd.read_csv(io.StringIO(text)).to_parquet(tmp_path / "same.parquet")
+    as_columns = _load(tmp_path / "same.parquet")
+    assert as_text["theta1"][50] == pytest.approx(np.deg2rad(np.sin(0.45)), rel=ROUNDING)
+    np.testing.assert_array_equal(as_text["theta1"], as_columns["theta1"])
+
+
+def test_two_spellings_of_a_unit_are_no_contradiction(write):
+    path = write(_text("t,Achse 1 (°/s),z1,z2"))
+    loaded = _load(path, columns={"dtheta1_ref": "Achse 1 [deg/s]"})
+    assert loaded["dtheta1_ref"][50] == pytest.approx(np.deg2rad(np.sin(0.45)), rel=ROUNDING)
+    with pytest.raises(InputError, match="correct one of them"):
+        _load(path, columns={"dtheta1_ref": "Achse 1 [rad/s]"})
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("chirp_0.5Hz.csv", "chirp_0.5Hz"), ("chirp_0.5Hz.csv.gz", "chirp_0.5Hz"), (".csv", ".csv")],
+)
+def test_a_recording_has_the_name_of_its_file(file, name):
+    assert file_stem(f"data/{file}") == name
 
 
 def test_columns_are_mapped_with_unit_gain_and_sign(write):

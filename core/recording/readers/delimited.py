@@ -65,7 +65,6 @@ class DelimitedReader(TableReader):
             first_line=heading.first_line,
             warnings=() if last.endswith(_ENDS) else (_NO_LINE_END.format(name=path.name),),
             faults={heading.names[k]: fault for k, fault in samples.faults.items()},
-            paths=heading.written,
         )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from flexgui.core.errors import InputError
 from flexgui.core.recording.channels import channel_kind, is_channel
 from flexgui.core.recording.clock import JITTER, MIN_SAMPLES, runs
+from flexgui.core.recording.load import file_stem
 from flexgui.core.recording.resampling import GAP
 from flexgui.core.units import factor_to_si, parse_header
 
@@ -66,7 +67,7 @@ SPLIT = "split"
 def parted(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
     """One entry per recording of a file: one for each of its `windows`."""
     own = {key: value for key, value in entry.items() if key != "windows"}
-    stem = str(own.get("file", "")).split(".")[0]
+    stem = file_stem(str(own.get("file", "")))
     parts = enumerate(entry.get("windows", ()), 1)
     return [{**own, "name": f"{stem} {k}", "window": list(w)} for k, w in parts] or [own]
 
