@@ -24,8 +24,8 @@ person has picked them."""
 GROUPS = {
     Role.PLACE: "joint angles", Role.SPEED: "joint angles",
     Role.TORQUE: "torques", Role.CURRENT: "torques", Role.VOLTAGE: "torques",
-    Role.KNOWN_TORQUE: "torques", Role.TIP: "tip", Role.RIGID: "tip",
-    Role.DEFLECTION: "deflections",
+    Role.KNOWN_TORQUE: "torques", Role.TIP: "tip",
+    Role.DEFLECTION: "deflections", Role.RIGID: "fictitious rigid arm",
 }  # fmt: skip
 """What a channel measures -> the group in which it is picked; others by the title of their kind."""
 COMMANDED = "references"

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 
 import pytest
 
+from flexgui.core.results import NOTHING
 from flexgui.library.shipped import HIDDEN
 from flexgui.page.earlier_work import DIAGNOSIS, FIT, other_settings
+from flexgui.sentences.verdict import card_words
 from flexgui.server.services import Services
 from flexgui.session.scenario_edits import set_arm, set_value
 from flexgui.session.session import Session
 from flexgui.session.settings import settings_of
 from flexgui.stages.diagnose.model_versions import ladder_steps
+from flexgui.stages.diagnose.panel_candidates import WORDS
 from tests.session.helpers import shortened, until
 
 KINDS = ["coulomb_friction", "tip_payload"]
@@ -81,8 +84,13 @@ def test_a_changed_setting_makes_results_past_and_the_old_one_shows_them_again(
     session: Session,
 ) -> None:
     before = errors(session)
+    newest = session.diagnosis.newest
+    assert newest is not None and newest.diagnosis is not None
+    assert card_words(newest.diagnosis)[:2] == (NOTHING, "Nothing is missing.")
     bend(session, 1.1)
     assert not present_ones(session) and errors(session) == before
+    said = str(WORDS.past_verdict(newest.diagnosis, newest.error))
+    assert "Past verdict, of those settings: Nothing is missing." in said and NOTHING not in said
     assert "1.1\N{NO-BREAK SPACE}GPa" in other_settings(session, DIAGNOSIS)
     bend(session, 1.0)
     assert present_ones(session) and errors(session) == before
