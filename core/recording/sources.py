@@ -32,7 +32,7 @@ class Source(NamedTuple):
 def check_numbers(table: Table) -> None:
     """InputError where no column has numbers: a text that is no table of measurements is nobody's
     to quote in a sentence."""
-    if table.unusable or any(_is_numeric(column) for column in table.columns.values()):
+    if table.unusable or any(has_numbers(column) for column in table.columns.values()):
         return
     raise InputError(
         f"{table.source} is not a table of measurements: no column has numbers; choose another "
@@ -40,8 +40,8 @@ def check_numbers(table: Table) -> None:
     )
 
 
-def _is_numeric(column: np.ndarray) -> bool:
-    """Whether any cell is a number; a slip among numbers has a sentence of its own."""
+def has_numbers(column: np.ndarray) -> bool:
+    """Whether any cell of a column (N,) is a number: a text beside it is a slip."""
     if column.dtype != object:
         return bool(np.isfinite(column).any())
     return any(is_number(cell) and np.isfinite(number(cell)) for cell in column)

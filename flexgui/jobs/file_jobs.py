@@ -107,6 +107,12 @@ class FileJobs:
         self._queue: deque[tuple[TaskSteps, Future[bool]]] = deque()
         """The first one is running."""
 
+    @property
+    def idle(self) -> bool:
+        """Whether no sequence runs or waits."""
+        with self._lock:
+            return not self._queue
+
     def start(self, steps: TaskSteps) -> Future[bool]:
         """Returns at once; the future gets what the steps return, False after an error."""
         done: Future[bool] = Future()

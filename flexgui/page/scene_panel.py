@@ -216,7 +216,7 @@ class ErrorsInScene(PageElement):
         if plain and plain == self._plain:
             return
         self._plain = plain
-        self._paint(stage, failing)
+        self._paint(stage, None if failing is None else session.comparison.on_arm)
         self._show_board(stage, failing if session.stage == BOARD else None)
 
     def _paint(self, stage: ArmScene, failing: WhereItFails | None) -> None:

@@ -80,7 +80,7 @@ class TimeLine(PageElement):
             waits = motion is None and session.document.scenario.recordings
             return {**always, "plays": False, "words": [UNREAD] if waits else [], "scale": ""}
         who = "identified model" if motion.fitted else "model as stated"
-        failing = session.comparison.failing if session.stage in COLOURED else None
+        failing = session.comparison.on_arm if session.stage in COLOURED else None
         signal = None if failing is None else failing.now.get(cursor.recording)
         error_text = "" if signal is None else error_words(signal.at(cursor.time), signal.units)
         worst = 0.0 if signal is None else greatest(session.comparison.worst_error)

@@ -137,8 +137,9 @@ def _identify(session: Session) -> Card:
 
 
 def _compare(session: Session) -> Card:
-    version = session.diagnosis.newest
-    if version is not None and version.diagnosis is not None and is_explained(version.diagnosis):
+    version, now = session.diagnosis.newest, session.document.scenario
+    found = None if version is None or version.scenario != now else version.diagnosis
+    if found is not None and is_explained(found):
         return Card(COMPARE, "The residual is only noise now.")
     return AT_COMPARE if session.comparison.shown else UNFITTED
 
@@ -151,7 +152,7 @@ def _diagnose(session: Session) -> Card:
         return _adding(session, pending) if pending.added else _looking(pending)
     if version is None or version.scenario != session.document.scenario or not version.ranking:
         return TO_FIND
-    if version.added:
+    if version.added and len(session.diagnosis.versions) > 1:
         return _added(session, version)
     found = version.diagnosis
     if found is not None and found.verdict in (NOTHING, UNJUDGED) and not found.unfinished:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
 
 from flexgui.core.check.finding import Finding
-from flexgui.core.recording.channels import channel_kind, is_channel, joint_of
+from flexgui.core.recording.channels import Role, channel_kind, is_channel, joint_of
 from flexgui.core.recording.recording import Recording
 from flexgui.sentences.written import ShownUnit, channel_symbol, reference_symbol, shown_unit
 from flexgui.views import colours
@@ -18,8 +18,17 @@ from flexgui.views.sketch import PANEL_POINTS, sparkline
 
 PREVIEW_COLUMNS = 6
 """Of a file that is not read yet."""
-ROWS = 5
-"""More kinds than these do not fit beside the arm; the first ones are shown."""
+ROWS, MOST_ROWS = 5, 8
+"""More kinds than these do not fit beside the arm: the first ones are shown, and most where a
+person has picked them."""
+GROUPS = {
+    Role.PLACE: "joint angles", Role.SPEED: "joint angles",
+    Role.TORQUE: "torques", Role.CURRENT: "torques", Role.VOLTAGE: "torques",
+    Role.KNOWN_TORQUE: "torques", Role.TIP: "tip",
+    Role.DEFLECTION: "deflections", Role.RIGID: "fictitious rigid arm",
+}  # fmt: skip
+"""What a channel measures -> the group in which it is picked; others by the title of their kind."""
+COMMANDED = "references"
 ORDER = ("dtheta#_ref", "theta#_ref", "i#_ref", "u#", "i#", "theta#", "z#", "deflection#", "ydot#")
 LAST = ("y#",)
 """Follow from others in most recordings."""
@@ -27,12 +36,17 @@ FLAT = 0.35
 """Share of an axis: signals that move less are drawn as changes from their start."""
 
 
-def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
+def preview(
+    recording: Recording, slides: Sequence[bool] = (), picked: Collection[str] | None = None
+) -> Figure:
     """References and measurements over time in s; stretches that do not count are grey.
 
-    `slides` states for each joint whether it slides: its positions are in m then.
+    Args:
+        recording: What is drawn.
+        slides: For each joint whether it slides: its positions are in m then.
+        picked: Of `groups`; None: the first kinds that fit.
     """
-    kinds, parts = _kinds(recording), []
+    kinds, parts = _kinds(recording, picked), []
     for names in kinds:
         starts = _starts(recording, names)
         values = np.concatenate([recording[n] - s for n, s in zip(names, starts, strict=True)])
@@ -45,6 +59,19 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
         parts.append(Pane([_line(recording, n, s, unit, text) for n, s, text in each], axis(label)))
     shapes = masked(recording, kinds)
     return panes(parts, axis("time [s]"), hovermode="x unified", shapes=shapes)
+
+
+def groups(recording: Recording) -> dict[str, bool]:
+    """Groups of the recording's signals, in the order of the picture, and whether they are in it
+    where nobody has picked any."""
+    first = [_group(names[0]) for names in _kinds(recording, None)]
+    every = [_group(names[0]) for names in _all_kinds(recording)]
+    return {group: group in first for group in every}
+
+
+def _group(channel: str) -> str:
+    kind = channel_kind(channel)
+    return COMMANDED if kind.reference else GROUPS.get(kind.role, kind.title)
 
 
 def as_in_file(
@@ -76,14 +103,21 @@ def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
     return [float(values[0]) if flat else 0.0 for values in finite]
 
 
-def _kinds(recording: Recording) -> list[list[str]]:
+def _kinds(recording: Recording, picked: Collection[str] | None) -> list[list[str]]:
+    every = _all_kinds(recording)
+    if picked is None:
+        return every[:ROWS]
+    return [names for names in every if _group(names[0]) in picked][:MOST_ROWS]
+
+
+def _all_kinds(recording: Recording) -> list[list[str]]:
     by_kind: dict[str, list[str]] = {}
     for name in sorted(recording.channels):
         by_kind.setdefault(channel_kind(name).pattern, []).append(name)
     first = [p for p in ORDER if p in by_kind]
     others = [p for p in by_kind if p not in (*ORDER, *LAST)]
     last = [p for p in LAST if p in by_kind]
-    return [by_kind[p] for p in (*first, *others, *last)][:ROWS]
+    return [by_kind[p] for p in (*first, *others, *last)]
 
 
 def _unit(name: str, slides: Sequence[bool]) -> str:

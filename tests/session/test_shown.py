@@ -41,7 +41,7 @@ from flexgui.views.convergence import (
 )
 from flexgui.views.error_map import error_text
 from flexgui.views.parameter_tables import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
-from flexgui.views.preview import ROWS, preview
+from flexgui.views.preview import ROWS, groups, preview
 from flexgui.views.table import Column, Row, Table, html_equations, html_table
 from tests.approved import approved
 
@@ -304,6 +304,21 @@ def test_preview_fits_the_panel_and_shades_what_does_not_count() -> None:
     assert len(rows) == ROWS
     (band,) = figure["layout"]["shapes"]
     assert (band["x0"], band["x1"]) == pytest.approx((0.2, 0.4), abs=2e-3)
+
+
+def test_signals_are_picked_by_groups() -> None:
+    """Also those that do not fit until others are left out."""
+    names = ("dtheta1_ref", "u1", "u2", "theta1", "z1", "ydot1", "y1", "deflection1", "strain1")
+    recording = Recording("r", SECOND, {n: np.sin(9 * SECOND) for n in names})
+    shown = groups(recording)
+    assert [g for g, drawn in shown.items() if drawn] == [
+        "references", "torques", "joint angles", "tip", "deflections",
+    ]  # fmt: skip
+    strain = next(g for g in shown if g.startswith("strain"))
+    assert not shown[strain] and not shown["fictitious rigid arm"]
+    figure = preview(recording, picked=["torques", strain])
+    rows = [k for k in figure["layout"] if k.startswith("yaxis")]
+    assert len(rows) == 2 and len(figure["data"]) == 3
 
 
 def test_html_escapes_every_text() -> None:

@@ -53,6 +53,33 @@ def test_a_bad_file_leaves_one_sentence_and_nothing_else(session: Session, case:
     assert not list(session.folder.iterdir())
 
 
+def test_why_a_file_was_not_read_stands_until_the_next_is_brought(session: Session) -> None:
+    """Beside the button, where only "uploaded successfully" was seen."""
+    good = good_csv(session)
+    for name in ("empty.csv", "empty2.csv"):
+        assert not session.recordings.upload(name, b"").result()
+        assert session.recordings.refused == (session.message.text,)
+        assert name in session.message.text
+    assert session.recordings.upload("good.csv", good).result()
+    assert session.recordings.refused == ()
+
+
+def test_a_text_among_numbers_is_named_and_no_text_is_asked_about(session: Session) -> None:
+    """With file, column and line; a column of words was offered as a signal."""
+    table = pd.read_csv(io.BytesIO(good_csv(session))).rename(columns={"theta1": "enc_1"})
+    table["enc_1"] = table["enc_1"].astype(object)
+    table.loc[100, "enc_1"] = "#####"
+    table["gripper"] = "open"
+    content = table.to_csv(index=False).encode()
+    assert not session.recordings.upload("slip.csv", content).result()
+    waiting = waiting_of(session)
+    assert not {"enc_1", "gripper"} & {*waiting.headers, *waiting.unused}
+    assert waiting.inspection is not None
+    assert waiting.inspection.unread == (
+        "slip.csv: column enc_1 holds '#####' in data row 101 (line 102); write a number there.",
+    )
+
+
 def test_rows_out_of_order_are_not_refused_but_asked_about(session: Session) -> None:
     rows = good_csv(session).splitlines(keepends=True)
     swapped = b"".join([*rows[:9], rows[10], rows[9], *rows[11:]])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgui.core.results import ErrorMaps, RecordingComparison
+from flexgui.core.scenario.schema import Scenario
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.model_versions import ladder_steps
 from flexgui.views.error_map import ErrorNow, error_now
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 SIGNALS = "signals"
 """The view with which a person begins."""
+LADDER_STAGE = "Diagnose"
 MOST_PICKED = 12
 """Signals in one plot: more cannot be distinguished."""
 
@@ -50,17 +52,31 @@ class Comparison:
     @property
     def shown(self) -> tuple[RecordingComparison, ...]:
         """Comparisons by the diagnosis fit of the newest version, else by the identification."""
+        return self._shown[0]
+
+    @property
+    def on_arm(self) -> WhereItFails | None:
+        """Where the model fails, as the arm shows it. None where that was computed with other
+        settings than those by which the arm moves; on Diagnose, where the ladder was."""
+        session = self._session
+        now, newest = session.document.scenario, session.diagnosis.newest
+        with_ladder = session.stage == LADDER_STAGE and newest is not None
+        of = newest.scenario if with_ladder and newest is not None else self._shown[1]
+        return self.failing if of == now or session.diagnosis.pending is not None else None
+
+    @property
+    def _shown(self) -> tuple[tuple[RecordingComparison, ...], Scenario | None]:
+        """What is shown, and the scenario that it was computed with."""
         diagnosis, fitted = self._session.diagnosis, self._session.identification
         version, outcome = next(reversed(diagnosis.compared_versions), None), fitted.outcome
         by_fit = () if outcome is None else outcome.comparisons
         if version is None or not version.comparisons:
-            return by_fit
-        if version is diagnosis.pending:
-            return version.comparisons
+            return by_fit, fitted.outcome_of
         of = fitted.outcome_of or self._session.document.scenario
-        return (
-            version.comparisons if version.scenario == of and outcome is version.outcome else by_fit
-        )
+        same = version.scenario == of and outcome is version.outcome
+        if same or version is diagnosis.pending:
+            return version.comparisons, version.scenario
+        return by_fit, fitted.outcome_of
 
     def beside(self, recording: str) -> tuple[str, RecordingComparison] | None:
         """Title and comparison of the model that is drawn beside, for a recording."""

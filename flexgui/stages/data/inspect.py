@@ -14,9 +14,10 @@ import numpy as np
 from flexgui.core.arm.build import build_arm
 from flexgui.core.check.finding import Finding
 from flexgui.core.errors import InputError
+from flexgui.core.recording.channels import is_channel
 from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.read_table import read_table
-from flexgui.core.recording.sources import guess_columns
+from flexgui.core.recording.sources import guess_columns, has_numbers
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import base_model
@@ -69,6 +70,8 @@ class Inspection:
     """The same by columns that were chosen before, where the headings are the same."""
     words: str = ""
     """Length and rate, where the file can be read as it is; else empty."""
+    unread: tuple[str, ...] = ()
+    """A sentence on each column with a text among its numbers."""
     refusal: str = ""
     """Why it cannot be read as it is."""
     rig: str = ""
@@ -124,7 +127,8 @@ def inspect_file(
         progress: How much of the file is read.
     """
     table = read_table(ConfinedFolder(Path(folder)).find(file), progress)
-    titles, numbers = tuple(table.columns), _numbers(table)
+    numbers, unread = _numbers(table)
+    titles = _usable(table, unread)
     if not numbers:
         raise InputError(
             f"{file} has no column of numbers; choose a table of measurements, one row per sample."
@@ -141,6 +145,7 @@ def inspect_file(
         refusal = str(error)
     return Inspection(
         headers=titles,
+        unread=tuple(s for h, s in unread.items() if has_numbers(table.columns[h])),
         columns=columns,
         pictures={h: trace(np.arange(len(x)), x, PANEL_POINTS) for h, x in numbers.items()},
         findings=findings,
@@ -169,7 +174,8 @@ def _suited(numbers: Mapping[str, np.ndarray], rigs: Sequence[RigColumns]) -> st
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
     """The headings of a table; InputError if it is not one, or not in the folder."""
-    return tuple(read_table(ConfinedFolder(Path(folder)).find(file), progress).columns)
+    table = read_table(ConfinedFolder(Path(folder)).find(file), progress)
+    return _usable(table, _numbers(table)[1])
 
 
 def read_file(
@@ -197,15 +203,21 @@ def read_file(
     return tuple(words)
 
 
-def _numbers(table: Table) -> dict[str, np.ndarray]:
-    """Header -> (N,), of the columns that hold numbers."""
-    channels = {}
+def _numbers(table: Table) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Header -> (N,), of the columns that hold numbers, and why not of the others."""
+    channels, unread = dict[str, np.ndarray](), dict[str, str]()
     for header in table.columns:
         try:
             channels[header] = table.numbers(header)
-        except InputError:
-            continue
-    return channels
+        except InputError as error:
+            unread[header] = str(error)
+    return channels, unread
+
+
+def _usable(table: Table, unread: Mapping[str, str]) -> tuple[str, ...]:
+    """Headers that a signal can be assigned to: no texts, unless they are named as a channel, which
+    is refused with what stands in the way."""
+    return tuple(h for h in table.columns if h not in unread or is_channel(parse_header(h)[0]))
 
 
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:

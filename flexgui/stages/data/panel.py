@@ -32,7 +32,7 @@ from flexgui.stages.data.panel_own import WORDS, Arrivals, upload_button
 from flexgui.stages.data.panel_recording import FindingList, RecordingSettings, wording_of
 from flexgui.stages.data.panel_rig import RigForm
 from flexgui.stages.data.rigs import Experiments, has_working_points
-from flexgui.views.preview import as_in_file, preview
+from flexgui.views.preview import as_in_file, groups, preview
 from flexgui.views.table import Column, Row, Table, html_table
 
 NONE = "no recordings yet"
@@ -63,8 +63,9 @@ class DataPanel(Panel):
         )
         # At the top, where what a file asks for will stand.
         with gui.add_folder("Use your own files"):
-            self._rig = RigForm(context)
             upload_button(context, "Upload a recording or a scenario")
+            self._refused = HtmlBlock(gui)
+            self._rig = RigForm(context)
             self._pick = gui.add_dropdown("Scenario", tuple(scenario_choices()))
             button(
                 context, "Open this scenario", lambda: self.session.choose(str(self._pick.value))
@@ -141,6 +142,10 @@ class DataPanel(Panel):
 
     def build_plots(self) -> None:
         self._about = HtmlBlock(self.gui)
+        self._groups = HtmlBlock(self.gui)
+        self._picked: dict[str, bool] = {}
+        """Group of signals -> whether it is drawn, of those that a person has picked or removed."""
+        self.context.actions.register("draw signals", self._draw_or_not)
         self._plot = Plot(self.context, 1.30, wide=True)
         self._warnings = HtmlBlock(self.gui)
 
@@ -154,6 +159,7 @@ class DataPanel(Panel):
         self._list.show(html_table(listed(scenario, findings)))
         # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
         own = session.recordings
+        self._refused.show(*(paragraph(sentence, "bad") for sentence in own.refused))
         waits = own.waiting is not None or own.imports.pending or own.rig.is_asked
         self._next.color = color(bool(fitted and not waits))
         self._findings.refresh(self._name())
@@ -164,6 +170,7 @@ class DataPanel(Panel):
 
     def _show_recording(self, scenario: Scenario) -> None:
         waiting, recording = self.session.recordings.waiting, self.session.playback.recording
+        self._groups.show()
         if waiting is not None and waiting.inspection is not None:
             known = waiting.known
             first = [known[channel] for channel in waiting.offered if channel in known]
@@ -180,8 +187,21 @@ class DataPanel(Panel):
         samples = f"{len(recording.time)} samples, {1.0 / recording.sample_time:.4g} Hz"
         self._about.show(paragraph(f"{recording.name}: {samples}.", "lead"))
         slides = [segment.joint == "prismatic" for segment in build_arm(scenario.arm).segments]
-        self._plot.show(preview(recording, slides), self._begins())
+        shown = groups(recording)
+        picked = [g for g, first in shown.items() if self._picked.get(g, first)]
+        self._groups.show(WORDS.groups(shown, picked))
+        # What fits is shown until a person picks.
+        chosen = picked if self._picked.keys() & shown.keys() else None
+        drawn = preview(recording, slides, chosen) if picked else None
+        self._plot.show(drawn, self._begins())
         self._warnings.show(*(paragraph(text, "soft") for text in recording.warnings))
+
+    def _draw_or_not(self, group: str) -> None:
+        """Draws a group of signals, or draws it no longer."""
+        recording = self.session.playback.recording
+        if recording is not None and group in (shown := groups(recording)):
+            self._picked[group] = not self._picked.get(group, shown[group])
+            self._show_recording(self.session.document.scenario)
 
     def _begins(self) -> float | None:
         """Time of the shown recording's first sample, s; None where none is shown."""

@@ -7,13 +7,11 @@ from markupsafe import Markup
 from flexgui.core.arm.arm import MOST_SEGMENTS
 from flexgui.core.arm.build import build_arm
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.sentences import listed
 from flexgui.page.actions import press, selection
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, joined
-from flexgui.session.scenario_edits import cached_model
 from flexgui.stages.data.panel_own import WORDS
-from flexgui.stages.data.rig_sheet import SheetRow, is_stated, sheet_rows
+from flexgui.stages.data.rig_sheet import SheetRow, estimated, is_stated, sheet_rows
 from flexgui.stages.data.rigs import RIGS, arm_choices, rig_of
 from flexgui.views.rig_drawing import rig_drawing
 
@@ -69,13 +67,6 @@ class RigForm(PageElement):
         )  # fmt: skip
         content = sheet if asked or rig.complaint else FOLD.format(sheet)
         self._form.show(rig_choices(scenario), content)
-
-
-def estimated(scenario: Scenario) -> str:
-    """What a fit does not take as stated: parameters with their names in words."""
-    known = cached_model(scenario).parameters
-    names = (n for n in scenario.identify.parameters if n in known)
-    return listed([f"{known[n].title} ({n})" for n in names])
 
 
 def tables(rows: tuple[SheetRow, ...]) -> list[tuple[str, int, list[SheetRow]]]:

@@ -15,7 +15,8 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
 from flexgui.core.sensors.link_sensor import LinkSensor
-from flexgui.session.scenario_edits import Edit, ScenarioDict, with_lists
+from flexgui.core.sentences import listed
+from flexgui.session.scenario_edits import Edit, ScenarioDict, cached_model, with_lists
 from flexgui.stages.data.rigs import CONSTANTS, begin_again, to_estimate
 
 Value = float | None
@@ -194,6 +195,20 @@ def is_stated(scenario: Scenario) -> bool:
     """Whether the arm is not simply one that comes with FlexGUI."""
     spec = scenario.arm
     return spec.preset is None or spec.name is not None or bool(spec.segments or spec.overrides)
+
+
+def estimated(scenario: Scenario) -> str:
+    """What a fit does not take as stated: parameters, and the scales of what is recorded whose
+    sensors are not stated, with their names in words."""
+    model = cached_model(scenario)
+    names = [n for n in scenario.identify.parameters if n in model.parameters]
+    scales = [
+        f"scale of {name}"
+        for sensor in sensors().values()
+        for name in _recorded(scenario, [c.name for c in sensor.channels(model.arm)])
+        if sensor.gain_unit(model.arm, name) is not None
+    ]
+    return listed([*(f"{model.parameters[n].title} ({n})" for n in names), *scales])
 
 
 def _changed(row: SheetRow, texts: Mapping[str, str]) -> tuple[Value, ...]:

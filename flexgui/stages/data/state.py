@@ -55,6 +55,8 @@ class Recordings:
         self._session = session
         self.waiting: WaitingFile | None = None
         self.imports, self.rig = Imports(session), RigStatement(session)
+        self.refused: tuple[str, ...] = ()
+        """Why files of the last upload were not read."""
         self._queued: tuple[str, ...] = ()
         """Files with other columns, which are asked about once the one that waits is read."""
         self._bringing = threading.Lock()
@@ -75,6 +77,8 @@ class Recordings:
         read with it, and one with other columns is asked about next.
         """
         limit = self._session.services.upload_limit_bytes
+        if self.refused and self._file_jobs.idle:  # files chosen at once come one by one
+            self.refused = ()
         try:
             with self._bringing:
                 path = keep_upload(self._session.folder, name, content, limit)
@@ -137,16 +141,9 @@ class Recordings:
     def _inspected(self, file: str, like: WaitingFile | None = None) -> TaskSteps:
         columns = None if like is None else (like.headers, like.columns)
         wanted, scenario = wanted_channels(*self._rig()), self._session.document.scenario
-        return (
-            yield from self._asked(
-                inspect_file,
-                file,
-                scenario=scenario,
-                wanted=wanted,
-                like=columns,
-                rigs=columns_of_rigs(scenario),
-            )
-        )
+        arguments = {"scenario": scenario, "wanted": wanted, "like": columns}
+        rigs = columns_of_rigs(scenario)
+        return (yield from self._asked(inspect_file, file, rigs=rigs, **arguments))
 
     def _rig(self) -> tuple[Arm, tuple[str, ...]]:
         """The arm and the channels that its drive needs."""
@@ -158,7 +155,8 @@ class Recordings:
     ) -> WaitingFile | None:
         """Open questions about a file with guessed answers; None if there are none."""
         waiting = waiting_for(file, inspection.headers, *self._rig())
-        if waiting is None and not (again or settings(inspection.rows)):
+        to_say = settings(inspection.rows) or inspection.unread
+        if waiting is None and not (again or to_say):
             return None
         if waiting is None:
             waiting = waiting_again(inspection.headers, *self._rig(), RecordingSpec(file=file))
@@ -200,6 +198,8 @@ class Recordings:
             logging.getLogger(__name__).error("A file was not read", exc_info=error)
             error = InputError(f"The file could not be read: {INTERNAL_FAULT}.")
         self._session.refuse(error)
+        with self._session.changing(Topic.RECORDINGS):
+            self.refused = (*self.refused, self._session.message.text)
 
     def map_column(
         self, channel: str, header: str, gain: float = 1.0, sign: int = 1, unit: str = ""
@@ -303,6 +303,7 @@ class Recordings:
             self.imports.drop(file)
         self._forget_file()
         self.imports.cancel()
+        self.refused = ()
         self.rig.reset()
 
     def rig_changed(self) -> None:

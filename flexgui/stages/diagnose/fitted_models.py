@@ -149,11 +149,18 @@ class FittedModels:
         known = self._of(session.document.scenario)
         if known is None:
             return ()
-        if known.outcome is not None:
-            session.identification.take(known.outcome, known.version.scenario, known.profile)
+        self.take_up(known.version)
         if known.number:
             session.diagnosis.versions = known.way
         return Topic.OUTCOME, Topic.DIAGNOSIS
+
+    def take_up(self, version: ModelVersion) -> None:
+        """Makes the last identification of a model the result that is shown; none where it has
+        none, rather than that of another model."""
+        known = self._of(version.scenario)
+        outcome = version.outcome if known is None else known.outcome
+        profile = None if known is None else known.profile
+        self._session.identification.take(outcome, version.scenario, profile)
 
     def _of(self, scenario: Scenario) -> FittedModel | None:
         return next((m for m in self.all if m.version.scenario == scenario), None)

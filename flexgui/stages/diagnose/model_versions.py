@@ -70,11 +70,18 @@ class ModelVersion:
 def versions_before(
     versions: Sequence[ModelVersion], version: ModelVersion
 ) -> tuple[ModelVersion, ...]:
-    """The versions kept before this one: all, those up to the same model, or none."""
+    """The versions kept before this one: all, those up to the same model, or none. Errors of other
+    settings than its own are no steps of its ladder."""
     same = [k for k, each in enumerate(versions) if each.scenario == version.scenario]
     if version.title and not same:
-        return tuple(versions)
+        return tuple(versions) if _of_same_settings(versions[-1:], version.scenario) else ()
     return tuple(versions[: same[-1]]) if same else ()
+
+
+def _of_same_settings(versions: Sequence[ModelVersion], scenario: Scenario) -> bool:
+    """But for the model, and for what is known of the rig, which changes no error."""
+    free = {"model": scenario.model, "rig": scenario.rig}
+    return all(each.scenario.model_copy(update=free) == scenario for each in versions)
 
 
 def ladder_steps(versions: Sequence[ModelVersion]) -> tuple[LadderStep, ...]:

@@ -101,7 +101,8 @@ class DiagnosePanel(Panel):
         free, old, way_on = not session.run.busy, self._old(version), self._next_step(version)
         titles = _titles(findings)
         self._busy.refresh(self._sentence(version))
-        self._made.show(other_settings(session, DIAGNOSIS) if free else "")
+        made = other_settings(session, DIAGNOSIS) if session.diagnosis.pending is None else ""
+        self._made.show(made)
         self._find.visible = not self._busy.running and not self.done
         self.enable(free, self._find)
         self._find.color = color(way_on == FIND)
@@ -116,7 +117,7 @@ class DiagnosePanel(Panel):
         self._laws.show(None if old else version, able, way_on == ADD_LAW)
         self._candidates.show(findings, titles, able and not self._is_of_another_model(version))
         self._at_work.refresh()
-        self._about.show(WORDS.nothing_yet() if findings is None else "")
+        self._about.show(WORDS.nothing_yet() if findings is None else made)
         self._show_plots(findings)
 
     def _next_step(self, version: ModelVersion | None) -> str:
@@ -144,6 +145,8 @@ class DiagnosePanel(Panel):
             return Markup("")
         if len(diagnosis.compared_versions) < len(diagnosis.shown_versions):
             return Markup("")  # its figures come with its bar
+        if self._old(version) and diagnosis.pending is None:
+            return Markup(WORDS.past_verdict(version.diagnosis, version.error))
         against = diagnosis.pending is None and error_rose(diagnosis.versions)
         # What the linear model costs belongs to the verdict on the first model.
         cost = diagnosis.linear_model if version is diagnosis.shown_versions[0] else None

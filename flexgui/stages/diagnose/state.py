@@ -161,7 +161,8 @@ class Diagnosis(VersionHistory):
         scenario = self._session.document.scenario
         title = dict(present(scenario)).get(kind, kind)
         last = self.versions[-1] if self.versions else None
-        if last is not None and last.added == kind and last.scenario == scenario:
+        is_last = last is not None and last.added == kind and last.scenario == scenario
+        if is_last and len(self.versions) > 1:
             return self.undo()
         return self._go_on(without_effect(kind), f"without: {title}", None)
 
@@ -191,9 +192,8 @@ class Diagnosis(VersionHistory):
         if not self._session.document.change(set_value(("model",), model)):
             return False
         with self._session.changing(Topic.DIAGNOSIS, Topic.OUTCOME):
-            self.versions, back = way, way[-1]
-            if back.outcome is not None and back.scenario == self._session.document.scenario:
-                self._session.identification.take(back.outcome, back.scenario)
+            self.versions = way
+            self.models.take_up(way[-1])
         self._session.playback.refresh()
         self._session.show_message(message)
         return True
