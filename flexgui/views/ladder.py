@@ -131,7 +131,6 @@ HATCHES = {"estimation": "", "validation": "/"}
 
 def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other: int) -> Figure:
     """From row `other` on they are of another model."""
-    hatch = HATCHES[role]
     colour = [colours.RESIDUAL if k < other else colours.BESIDE for k in range(len(values))]
     finite = [bool(np.isfinite(v)) for v in values]
     return {
@@ -139,8 +138,9 @@ def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other
         "base": BAND,  # so that an error at the floor has a bar too
         "x": [max(v - BAND, 0.0) if k else 0.0 for v, k in zip(values, finite, strict=True)],
         "marker": {
-            "color": [colours.faded(c, 0.55) if hatch else c for c in colour],
-            "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colour},
+            "color": colour,
+            # "overlay" asks for a contrast to the colour, which Plotly refuses to find for a list.
+            "pattern": {"shape": HATCHES[role], "fillmode": "replace"},
             "line": {"width": 1, "color": colour},  # or Plotly draws none of no length
         },
         "text": [
