@@ -69,8 +69,8 @@ def ladder(
     low = float(np.log10(BAND))
     length = (float(np.log10(max(highest, 1.5))) - low) / (1.0 - NUMBERS)
     text = (
-        f"Rms error over all outputs, each in multiples of its noise floor. {FLOOR_IS} In the band "
-        f"(1 and below) nothing remains to be explained.{'' if any_unseen else NO_VALIDATION}"
+        f"Overall error: rms over all outputs, each in multiples of its noise floor. {FLOOR_IS} In "
+        f"the band (1 and below) nothing is left to explain.{'' if any_unseen else NO_VALIDATION}"
     )
     rows: Figure = {
         "range": [len(steps) - 0.5, -0.5], "showgrid": False, "ticks": "", "automargin": True,
@@ -89,7 +89,7 @@ def ladder(
              "showlegend": False, "hoverinfo": "skip"},
         ],
         axis(
-            "error [× noise floor, shaded]", type="log", range=[low, low + length],
+            "overall error [× noise floor, shaded]", type="log", range=[low, low + length],
             tickangle=0, automargin=True, **_ticks(10 ** (low + length)),
         ),
         named_axis(labels, **rows),

@@ -154,7 +154,8 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
     assert all(value == pytest.approx(20.0, rel=0.3) for value in late.values())
     assert found.worst > 15.0
     assert (
-        error_text({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × noise floor"
+        error_text({"theta1": 1.5, "camera": 20.0})
+        == "error at this moment: θ₁ 1.5, camera 20 × its noise floor"
     )
 
 
