@@ -76,15 +76,16 @@ def slider(
     put: Callable[[float], object],
     hint: str = "",
 ) -> Any:
-    """A slider; values are clipped to its limits."""
+    """A slider; shows the nearest value between its limits. The browser says what is wrong with an
+    entry beyond them."""
     low, high, step = limits
 
-    def inside(value: float) -> float:
-        return min(max(float(value), low), high)
+    def inside() -> float:
+        return min(max(float(get()), low), high)
 
-    handle = context.gui.add_slider(label, low, high, step, inside(get()), hint=hint or None)
+    handle = context.gui.add_slider(label, low, high, step, inside(), hint=hint or None)
     return bind(
-        context, handle, lambda: inside(get()), lambda v: _is_number(v) and put(inside(v))
+        context, handle, inside, lambda v: not _complaint(v, (low, high, None)) and put(float(v))
     )  # fmt: skip
 
 
