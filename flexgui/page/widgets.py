@@ -84,9 +84,11 @@ def slider(
         return min(max(float(get()), low), high)
 
     handle = context.gui.add_slider(label, low, high, step, inside(), hint=hint or None)
-    return bind(
-        context, handle, inside, lambda v: not _complaint(v, (low, high, None)) and put(float(v))
-    )  # fmt: skip
+
+    def enter(value: Any) -> object:
+        return None if _complaint(value, (low, high, None)) else put(float(value))
+
+    return bind(context, handle, inside, enter)
 
 
 NO_NOISE_DB = 60.0
