@@ -186,7 +186,7 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
     assert found.worst > 15.0
     assert (
         error_text({"theta1": 1.5, "camera": 20.0})
-        == "error at this moment: θ₁ 1.5, camera 20 × its noise floor"
+        == "error at this moment, in noise floors of each output: θ₁ 1.5, camera 20"
     )
 
 
