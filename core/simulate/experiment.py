@@ -81,8 +81,9 @@ def simulate_recording(
         result = simulate_within(model, numbers, task, simulation_tolerance(model.arm, noise))
         trajectory = result.trajectory
         remarks = (
-            f"Simulated non-linearly with {result.substeps} steps per sample; "
-            f"estimated error {result.error:.1e} m or rad rms.",
+            f"Simulated with the non-linear equations, {result.substeps} steps per sample. Shorter "
+            f"steps would change positions by about {1e6 * result.error:.2g} µm and angles by "
+            f"{1e6 * result.error:.2g} µrad.",
         )
     channels = read_sensors(model, trajectory, spec, noise, values)
     for k, channel in enumerate(model.drive.reference_channels(model.arm)):

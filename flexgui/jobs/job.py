@@ -53,7 +53,7 @@ class JobState:
     """Which kind of job its caller started."""
     phase: str = IDLE
     place: int | None = None
-    """In the queue, 1 is next."""
+    """In the queue, 1 is next; 0 while its worker is being started."""
     stage: str = ""
     text: str = ""
     done: int = 0

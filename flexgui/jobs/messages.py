@@ -24,7 +24,7 @@ class Queued(Event):
     """The job waits; sent again when its place changes."""
 
     place: int
-    """1 is next."""
+    """1 is next; 0: nobody is before it, its worker is being started."""
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,9 @@ class JobPool:
             job.wait_for_callback(max(limit - time.monotonic(), 0.0))
 
     def _report_places(self) -> None:
-        for place, job in enumerate(self._queue.order(), start=1):
+        free = len(self._supervisors) - len(self._active)
+        for before, job in enumerate(self._queue.order()):
+            place = max(before + 1 - free, 0)
             if job.state.place != place:
                 job.record(Queued(place))
 

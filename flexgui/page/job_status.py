@@ -42,12 +42,18 @@ class JobStatus(PageElement):
         self._aside.show(paragraph(note, "soft") if running else "")
 
 
+def waiting(run: JobState) -> str:
+    """Why a job of the queue does not run yet."""
+    if run.place == 0:
+        return "A worker process is being started."
+    return "Waiting." if run.place is None else f"Waiting, place {run.place} in the queue."
+
+
 def status_texts(run: JobState) -> tuple[str, str, str]:
     """The stage and its progress, the present activity, and a note in small print: how many
     simulations it took so far, which moves while a step takes long, and what must be compiled."""
     if run.phase == QUEUED:
-        place = "" if run.place is None else f", place {run.place} in the queue"
-        return f"Waiting{place}.", "", ""
+        return waiting(run), "", ""
     if run.phase == STOPPING:
         return "Stopping …", "", ""
     activity, note = split_note(run.text)

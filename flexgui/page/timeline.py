@@ -72,7 +72,10 @@ class TimeLine(PageElement):
     def _state(self) -> dict[str, Any]:
         session, cursor = self.session, self.session.playback.cursor
         motion = session.playback.motion
-        effects = [f"+ {title}: {place}" for title, place in places(session.document.scenario)]
+        effects = [
+            f"In the model: {title}, at the {place}."
+            for title, place in places(session.document.scenario)
+        ]
         always = {
             "views": list(DIRECTIONS), "follows": self.context.read_only, "effects": effects,
         }  # fmt: skip

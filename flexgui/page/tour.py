@@ -15,7 +15,6 @@ from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, button, color, paragraph
 from flexgui.session.tour import (
     BEGIN,
-    CARD_OF_STAGE,
     END,
     FIRST_STAGE,
     OFFERED,
@@ -68,7 +67,7 @@ class Tour(PageElement):
             session.tour.set_step(None)
         elif is_of_tour(session.document.scenario):
             session.tour.set_step(STARTED)
-            if session.stage not in CARD_OF_STAGE:
+            if self._shown() is None:
                 session.show(next_stage(session))
         else:
             session.tour.set_step(OFFERED)

@@ -76,16 +76,19 @@ def slider(
     put: Callable[[float], object],
     hint: str = "",
 ) -> Any:
-    """A slider; values are clipped to its limits."""
+    """A slider; shows the nearest value between its limits. The browser says what is wrong with an
+    entry beyond them."""
     low, high, step = limits
 
-    def inside(value: float) -> float:
-        return min(max(float(value), low), high)
+    def inside() -> float:
+        return min(max(float(get()), low), high)
 
-    handle = context.gui.add_slider(label, low, high, step, inside(get()), hint=hint or None)
-    return bind(
-        context, handle, lambda: inside(get()), lambda v: _is_number(v) and put(inside(v))
-    )  # fmt: skip
+    handle = context.gui.add_slider(label, low, high, step, inside(), hint=hint or None)
+
+    def enter(value: Any) -> object:
+        return None if _complaint(value, (low, high, None)) else put(float(value))
+
+    return bind(context, handle, inside, enter)
 
 
 NO_NOISE_DB = 60.0

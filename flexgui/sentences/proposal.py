@@ -11,7 +11,7 @@ from flexgui.core.sentences import listed
 from flexgui.sentences.experiments import experiment_sentence
 from flexgui.sentences.figures import percent, times
 from flexgui.sentences.ranked import objection_words
-from flexgui.sentences.written import estimate_text, format_number
+from flexgui.sentences.written import format_number, size_text
 
 REASONS = {
     WITHIN_NOISE: "The error is within the noise: nothing is left for a law to explain.",
@@ -143,7 +143,7 @@ def no_carrier_sentence(proposal: Proposal) -> str:
 
 def law_sentence(law: ProposedLaw) -> str:
     """The law with its values, what it explains and what it is like."""
-    values = listed([f"{e.name} = {estimate_text(e)}" for e in law.parameters])
+    values = listed([size_text(e.name, e) for e in law.parameters])
     text = (
         f"{law.title}: {law.formula}, with {values}. It explains "
         f"{percent(100.0 * law.explained)} of the error above the noise: from "

@@ -80,8 +80,9 @@ def format_number(value: float, digits: int = 4, keep_zeros: bool = False) -> st
 
 
 def with_unit(text: str, unit: str) -> str:
-    """The text and its unit with a space that does not break."""
-    return f"{text}\N{NO-BREAK SPACE}{unit}" if unit else text
+    """The text and its unit, s^2 as s², with a space that does not break."""
+    raised = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), unit)
+    return f"{text}\N{NO-BREAK SPACE}{raised}" if unit else text
 
 
 LARGER = {"Pa": ((1e8, 1e-9, "GPa"), (1e5, 1e-6, "MPa")), "N": ((1e4, 1e-3, "kN"),)}
@@ -142,13 +143,24 @@ def angle(theta: float) -> str:
 
 
 def estimate_text(e: Estimate) -> str:
-    """'520.83 ± 0.02 N m²', 'not determined (at its bound 0.8 GPa)'; without a deviation where the
-    data leave it free."""
+    """'520.83 ± 0.02 N m²', 'not determined (the fit ended at its bound 0.8 GPa)'; without a
+    deviation where the data leave it free."""
     unit = shown_unit(e.value, e.unit)
     if e.undetermined:
-        where = "at its bound " if e.at_bound else ""
-        return f"not determined ({where}{format_value(e.value * unit.factor, 0.0, unit.name)})"
+        where = "its bound " if e.at_bound else ""
+        value = format_value(e.value * unit.factor, 0.0, unit.name)
+        return f"not determined (the fit ended at {where}{value})"
     return format_value(e.value * unit.factor, e.std * unit.factor, unit.name)
+
+
+def equals(e: Estimate) -> str:
+    """What stands between a symbol and `estimate_text`."""
+    return "is" if e.undetermined else "="
+
+
+def size_text(symbol: str, e: Estimate) -> str:
+    """'f_c1 = 1.201 ± 0.001 N m', 'f_v2 is not determined (the fit ended at 0.013 N m s/rad)'."""
+    return f"{symbol} {equals(e)} {estimate_text(e)}"
 
 
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")

@@ -64,11 +64,13 @@ OFFER = Card(
     BEGIN,
 )
 AT_ARM = Card(LOOK, "This is the arm. Press Next: take measurements to see what was recorded.")
-AT_DATA = Card(
-    LOOK,
-    "These recordings contain an effect that the model lacks. Press Play in the time-line and "
-    "watch the arm bend. The plots show references and measurements. Then press Next: identify "
-    "to fit the model.",
+_DATA_TEXT = (
+    "These recordings contain an effect that the model lacks. {} The plots show references and "
+    "measurements. Then press Next: identify to fit the model."
+)
+AT_DATA = Card(LOOK, _DATA_TEXT.format("Press Play below the arm and watch it bend."))
+BEFORE_PLAY = Card(
+    LOOK, _DATA_TEXT.format("The first one is being prepared; then Play appears below the arm.")
 )
 TO_FIT = Card(
     COMPARE,
@@ -98,7 +100,10 @@ def card(session: Session) -> Card | None:
         return OFFER if session.stage == FIRST_STAGE else None
     if not is_on_tour(session):
         return None
-    return CARD_OF_STAGE.get(session.stage, _elsewhere)(session)
+    shown = CARD_OF_STAGE.get(session.stage, _elsewhere)(session)
+    # Once all is found, no card asks for an earlier step.
+    is_over = _diagnose(session).title == DONE
+    return None if is_over and shown.title != DONE else shown
 
 
 def is_on_tour(session: Session) -> bool:
@@ -130,6 +135,10 @@ def next_stage(session: Session) -> str:
     return "Identify" if session.identification.outcome is None else "Compare"
 
 
+def _data(session: Session) -> Card:
+    return BEFORE_PLAY if session.playback.motion is None else AT_DATA
+
+
 def _identify(session: Session) -> Card:
     if session.run.state.busy and session.run.state.kind == "identify":
         return FITTING
@@ -140,7 +149,7 @@ def _compare(session: Session) -> Card:
     version, now = session.diagnosis.newest, session.document.scenario
     found = None if version is None or version.scenario != now else version.diagnosis
     if found is not None and is_explained(found):
-        return Card(COMPARE, "The residual is only noise now.")
+        return Card(DONE, "The residual is only noise now.")
     return AT_COMPARE if session.comparison.shown else UNFITTED
 
 
@@ -225,19 +234,16 @@ def _added(session: Session, version: ModelVersion) -> Card:
     )
 
 
-def _elsewhere(session: Session) -> Card | None:
-    """At a stage without a card of its own; None once the tour is finished."""
-    shown = _diagnose(session)
-    if shown.button:
-        return None
-    stage = next_stage(session)
-    title = shown.title if stage == "Diagnose" else COMPARE
+def _elsewhere(session: Session) -> Card:
+    """At a stage without a card of its own."""
+    shown, stage = _diagnose(session), next_stage(session)
+    title = shown.title if stage == "Diagnose" and not shown.button else COMPARE
     return Card(title, f"The tour continues at {stage}, in the row of stages above.")
 
 
-CARD_OF_STAGE: dict[str, Callable[[Session], Card | None]] = {
+CARD_OF_STAGE: dict[str, Callable[[Session], Card]] = {
     "Arm": lambda _: AT_ARM,
-    "Data": lambda _: AT_DATA,
+    "Data": _data,
     "Identify": _identify,
     "Compare": _compare,
     "Diagnose": _diagnose,

@@ -207,11 +207,13 @@ def _square(c: ChannelComparison, floor: float) -> np.ndarray:
 
 
 def error_text(errors: Mapping[str, float], units: Mapping[str, str] | None = None) -> str:
-    """'error now: θ₁ 1.1, camera 35 × floor'; `units`: channel -> the unit of what it measures."""
+    """'error at this moment, in noise floors of each output: θ₁ 1.1, camera 35'; `units`: channel
+    -> the unit of what it measures."""
     units_of = units or {}
     texts = [
         f"{name if name == CAMERA else channel_symbol(name, units_of.get(name, ''))} "
         f"{format_number(value, 2, keep_zeros=True)}"
         for name, value in errors.items()
     ]
-    return f"error now: {', '.join(texts)} × noise floor" if texts else ""
+    lead = "error at this moment, in noise floors of each output"
+    return f"{lead}: {', '.join(texts)}" if texts else ""

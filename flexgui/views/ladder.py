@@ -69,8 +69,8 @@ def ladder(
     low = float(np.log10(BAND))
     length = (float(np.log10(max(highest, 1.5))) - low) / (1.0 - NUMBERS)
     text = (
-        f"Rms error over all outputs, each in multiples of its noise floor. {FLOOR_IS} In the band "
-        f"(1 and below) nothing remains to be explained.{'' if any_unseen else NO_VALIDATION}"
+        f"Overall error: rms over all outputs, each in multiples of its noise floor. {FLOOR_IS} In "
+        f"the band (1 and below) nothing is left to explain.{'' if any_unseen else NO_VALIDATION}"
     )
     rows: Figure = {
         "range": [len(steps) - 0.5, -0.5], "showgrid": False, "ticks": "", "automargin": True,
@@ -89,7 +89,7 @@ def ladder(
              "showlegend": False, "hoverinfo": "skip"},
         ],
         axis(
-            "error [× noise floor, shaded]", type="log", range=[low, low + length],
+            "overall error [× noise floor, shaded]", type="log", range=[low, low + length],
             tickangle=0, automargin=True, **_ticks(10 ** (low + length)),
         ),
         named_axis(labels, **rows),
@@ -131,7 +131,6 @@ HATCHES = {"estimation": "", "validation": "/"}
 
 def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other: int) -> Figure:
     """From row `other` on they are of another model."""
-    hatch = HATCHES[role]
     colour = [colours.RESIDUAL if k < other else colours.BESIDE for k in range(len(values))]
     finite = [bool(np.isfinite(v)) for v in values]
     return {
@@ -139,8 +138,9 @@ def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other
         "base": BAND,  # so that an error at the floor has a bar too
         "x": [max(v - BAND, 0.0) if k else 0.0 for v, k in zip(values, finite, strict=True)],
         "marker": {
-            "color": [colours.faded(c, 0.55) if hatch else c for c in colour],
-            "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colour},
+            "color": colour,
+            # "overlay" asks for a contrast to the colour, which Plotly refuses to find for a list.
+            "pattern": {"shape": HATCHES[role], "fillmode": "replace"},
             "line": {"width": 1, "color": colour},  # or Plotly draws none of no length
         },
         "text": [

@@ -10,7 +10,15 @@ from markupsafe import Markup, escape
 from flexgui.core.identify.first_states import START
 from flexgui.core.recording.channels import channel_kind, is_channel
 from flexgui.core.results import Estimate
-from flexgui.sentences.written import DOT, SUBSCRIPTS, SUPERSCRIPTS, channel_symbol, split_name
+from flexgui.sentences.written import (
+    DOT,
+    SUBSCRIPTS,
+    SUPERSCRIPTS,
+    channel_symbol,
+    equals,
+    estimate_text,
+    split_name,
+)
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "varepsilon": "ε", "epsilon": "ε",
@@ -72,10 +80,12 @@ def typeset(symbol: str, name: str) -> Markup:
     return Markup(re.sub(r"_([\w,]+)", r"<sub>\1</sub>", str(escape(plain))))
 
 
-def equals(symbol: Markup | str, value: str) -> Markup:
-    """'f_c1 = 1.2 N m' for HTML, without a line break but before what stands in brackets."""
-    value, bracket, reason = value.partition(" (")
-    stated = Markup("<span style='white-space: nowrap'>{} = {}</span>").format(symbol, value)
+def equation(e: Estimate) -> Markup:
+    """'f_c1 = 1.201 ± 0.001 N m' for HTML, without a line break but before what stands in
+    brackets."""
+    value, bracket, reason = estimate_text(e).partition(" (")
+    parts = typeset(e.symbol, e.name), equals(e), value
+    stated = Markup("<span style='white-space: nowrap'>{} {} {}</span>").format(*parts)
     return stated + bracket + reason
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from markupsafe import Markup
 
 from flexgui.core.montecarlo.paper_values import (
     GLOCAL,
@@ -31,7 +30,7 @@ from flexgui.views.headline import (
     first_is_biased,
     owner_title,
 )
-from flexgui.views.names import equals, is_of_a_start, typeset
+from flexgui.views.names import is_of_a_start, typeset
 from flexgui.views.pooled import derived_names, overall_estimates
 from flexgui.views.table import Row, Table, numbers, texts
 
@@ -129,11 +128,6 @@ def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
         bounds if np.isfinite(ends).any() else "none",
         f"{'yes' if estimate.identifiable else 'no'}{', at its bound' * estimate.at_bound}",
     )
-
-
-def equation(estimate: Estimate) -> Markup:
-    """'EI₁ = 520.83 ± 0.02 N m²', for HTML."""
-    return equals(typeset(estimate.symbol, estimate.name), estimate_text(estimate))
 
 
 def interval(estimate: Estimate, unit: ShownUnit) -> str:

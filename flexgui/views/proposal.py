@@ -7,7 +7,7 @@ import numpy as np
 from flexgui.core.results import Carrier, LawTerm, Proposal, ProposedLaw
 from flexgui.sentences.figures import short_percent
 from flexgui.sentences.proposal import carrier_words
-from flexgui.sentences.written import estimate_text, format_number, shown_unit
+from flexgui.sentences.written import format_number, shown_unit, size_text
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, line, named_axis
 from flexgui.views.table import Row, Table, numbers, texts
@@ -67,7 +67,7 @@ def _caption(carrier: Carrier) -> str:
 
 
 def _values(law: ProposedLaw) -> str:
-    return "; ".join(f"{e.name} = {estimate_text(e)}" for e in law.parameters)
+    return "; ".join(size_text(e.name, e) for e in law.parameters)
 
 
 def laws_table(proposal: Proposal | None) -> Table | None:

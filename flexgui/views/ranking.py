@@ -8,10 +8,10 @@ from markupsafe import Markup
 
 from flexgui.core.results import RankedEffect
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
-from flexgui.sentences.written import estimate_text, format_number
+from flexgui.sentences.written import format_number, size_text
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, figure
-from flexgui.views.names import equals, plain_symbol, typeset
+from flexgui.views.names import equation, plain_symbol
 from flexgui.views.table import Row, Table, numbers, texts
 
 PALE = colours.faded(colours.ADDED, 0.5)
@@ -110,16 +110,12 @@ def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
 
 def sizes(ranked: RankedEffect) -> str:
     """'f_c1 = 1.201 ± 0.001 N m, ...' for plain text."""
-    return ", ".join(
-        f"{plain_symbol(e.symbol, e.name)} = {estimate_text(e)}" for e in ranked.parameters
-    )
+    return ", ".join(size_text(plain_symbol(e.symbol, e.name), e) for e in ranked.parameters)
 
 
 def typeset_sizes(ranked: RankedEffect) -> Markup:
     """The same with subscripts, for HTML."""
-    return Markup(", ").join(
-        equals(typeset(e.symbol, e.name), estimate_text(e)) for e in ranked.parameters
-    )
+    return Markup(", ").join(equation(e) for e in ranked.parameters)
 
 
 def _share(percent: float | None) -> str:

@@ -30,8 +30,7 @@ from flexgui.views.headline import (
     has_added_effects,
     kept_effects,
 )
-from flexgui.views.names import format_percent, is_of_a_start, typeset
-from flexgui.views.parameter_tables import equation
+from flexgui.views.names import equation, format_percent, is_of_a_start, typeset
 from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, with_role
 
 LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
@@ -50,7 +49,7 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
     if found := criteria(outcome):
-        sentences.append(f"{criteria_text(found)}, of whitened errors.")
+        sentences.append(f"{criteria_text(found)}, of errors without their correlation in time.")
     return (*(s for s in sentences if s), *_doubts(outcome))
 
 
@@ -219,8 +218,8 @@ def provisional_warning(error: float) -> str:
     if not error > DOUBTFUL:
         return ""
     return (
-        f"Provisional: error is {format_number(error, 2, keep_zeros=True)}× noise floor. Verdict, "
-        "noise floor and ± values assume a complete model."
+        f"Provisional: overall error {format_number(error, 2, keep_zeros=True)}× noise floor. "
+        "Verdict, noise floor and ± values assume a complete model."
     )
 
 

@@ -34,7 +34,7 @@ def test_a_finding_says_what_it_explains_and_how_sure_it_is(late: MeasuredRecord
     (one,) = check_all([late])
     assert one.is_fault and one.fault == "delay"
     assert "standard deviation" in one.evidence
-    assert "the unexplained variance of z2 falls from" in one.evidence
+    assert "Once this is corrected, the unexplained part of z2 falls from" in one.evidence
     assert one.picture is not None and one.picture.expected is not None
     apart = one.picture.shown - one.picture.expected
     assert 0.0 < np.nanstd(apart) < np.nanstd(one.picture.shown)

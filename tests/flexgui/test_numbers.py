@@ -13,8 +13,9 @@ from flexgui.sentences.written import (
     format_number,
     format_value,
     shown_unit,
+    size_text,
 )
-from flexgui.views.names import output_title, plain_symbol, typeset
+from flexgui.views.names import equation, output_title, plain_symbol, typeset
 from flexgui.views.parameter_tables import short_parameters
 from flexgui.views.table import Column, Row, Table
 
@@ -50,16 +51,24 @@ def test_a_value_is_rounded_to_its_deviation(
     ("estimate", "text"),
     [
         (Estimate("epsilon", 0.8e9, 5e10, "Pa", False, lower=0.8e9, at_bound=True),
-         "not determined (at its bound 0.8 GPa)"),
+         "not determined (the fit ended at its bound 0.8 GPa)"),
         (Estimate("epsilon", 0.8e9, math.nan, "Pa", False, lower=0.8e9, at_bound=True),
-         "not determined (at its bound 0.8 GPa)"),
-        (Estimate("d", 0.05, 0.6, "m", True, lower=0.005), "not determined (50 mm)"),
+         "not determined (the fit ended at its bound 0.8 GPa)"),
+        (Estimate("d", 0.05, 0.6, "m", True, lower=0.005),
+         "not determined (the fit ended at 50 mm)"),
         (Estimate("offset", 0.1, 0.2, "N m", True), "0.10 ± 0.2 N m"),
         (Estimate("fc1", 0.0, math.nan, "N m", False, lower=0.0, at_bound=True), "0 N m"),
     ],
 )  # fmt: skip
 def test_a_deviation_above_the_value_is_no_estimate(estimate: Estimate, text: str) -> None:
     assert estimate_text(estimate).replace("\N{NO-BREAK SPACE}", " ") == text
+    link = "is" if text.startswith("not") else "="
+    assert size_text("x", estimate).startswith(f"x {link} ")
+    assert f" {link} {text}" in equation(estimate).striptags().replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_powers_of_units_are_raised() -> None:
+    assert format_value(0.5, 0.01, "N m s^2/rad^2") == "0.500 ± 0.010\N{NO-BREAK SPACE}N m s²/rad²"
 
 
 @pytest.mark.parametrize(("std", "said"), [(1e-3, False), (math.nan, True)])

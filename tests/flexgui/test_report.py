@@ -34,7 +34,7 @@ def test_other_data_have_another_digest(glocal: Outcome) -> None:
 
 def test_far_from_the_floor_it_is_said_that_all_rests_on_a_complete_model() -> None:
     assert provisional_warning(DOUBTFUL) == "" == provisional_warning(float("nan"))
-    assert provisional_warning(9.0).startswith("Provisional: error is 9.0× noise floor.")
+    assert provisional_warning(9.0).startswith("Provisional: overall error 9.0× noise floor.")
 
 
 def recordings(counts: list[int]) -> Any:

@@ -26,6 +26,7 @@ from flexgui.library.shipped import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.page.job_status import status_texts
 from flexgui.page.panel import PageContext
 from flexgui.page.tour import to_diagnosis, to_identification
+from flexgui.scene.recorded_motion import RecordedMotion
 from flexgui.session.scenario_edits import apply_edits
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES
@@ -98,6 +99,7 @@ STATES: dict[str, dict[str, Any]] = {
     "offered": {"step": OFFERED, "scenario": DEMO},
     "on other recordings": {"scenario": DEMO},
     "nothing done": {},
+    "nothing read yet": {"motion": None},
     "identifying": {"run": JobState(kind="identify", phase=RUNNING)},
     "just fitted": {"fitted": HIDDEN},
     "fitted at other settings": {"fitted": DEMO},
@@ -124,6 +126,7 @@ def bring(session: Session, state: dict[str, Any]) -> None:
     if state.get("undone"):
         go(session, *session.diagnosis.versions[:-1])
     session.document.scenario = state.get("scenario", session.document.scenario)
+    session.playback.motion = cast(RecordedMotion | None, state.get("motion", SimpleNamespace()))
     session.diagnosis.pending = state.get("pending")
     session.diagnosis.to_add = state.get("to_add", "")
     session.run.state = state.get("run", session.run.state)
@@ -189,6 +192,8 @@ TRYING = {"phase": RUNNING, "stage": "Trying every known effect", "done": 11, "t
          ("Trying every known effect, 11 of 29", ": Slow sensor",
           "1,234 simulations, still to be compiled, once: Soft base")),
         ({"phase": QUEUED, "place": 2}, ("Waiting, place 2 in the queue.", "", "")),
+        ({"phase": QUEUED, "place": 0}, ("A worker process is being started.", "", "")),
+        ({"phase": QUEUED}, ("Waiting.", "", "")),
         ({"phase": STOPPING, "stage": "x"}, ("Stopping …", "", "")),
     ],
 )  # fmt: skip

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import copy
+import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plotly.offline import get_plotlyjs
 
 from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.views import colours
@@ -20,12 +23,15 @@ from flexgui.views.convergence import convergence
 from flexgui.views.error_map import error_now
 from flexgui.views.fit_table import fit_dots, variants
 from flexgui.views.identifiability import correlation, valley
+from flexgui.views.ladder import ladder
 from flexgui.views.layout import Figure, decimate, figure_json, trace
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.parameter_tables import parameters
 from flexgui.views.pooled import tip_rms
+from flexgui.views.ranking import ranking
 from flexgui.views.summary import alarms
 from flexgui.views.table import ALLOWED, NAMESPACE, mathml
+from tests.flexgui.findings import FOUND, RANKING
 
 LEAST_CONTRAST = 3.0
 """Of lines against their ground, WCAG 2.2, 1.4.11."""
@@ -39,7 +45,24 @@ FIGURES: dict[str, Callable[[Outcome], Figure | None]] = {
     "missing_over_time": lambda o: missing_over_time(o.comparisons[0].missing_torque),
     "missing_over_velocity": lambda o: missing_over_velocity(o.comparisons[0].missing_torque),
 }
+DRAW = "f => Plotly.newPlot(document.body, f.data, f.layout)"
 UNITLESS = {"parameter", "recording"}
+
+
+def test_plotly_draws_every_figure_without_a_word(chromium: Any, glocal: Outcome) -> None:
+    beside = ("other", FOUND.steps[-1])
+    figures = {name: draw(glocal) for name, draw in FIGURES.items()} | {
+        "ladder": ladder(FOUND.steps, beside),
+        "ranking": ranking(RANKING),
+    }
+    page, said = chromium.new_page(), list[str]()
+    page.on("console", lambda message: said.append(message.text))
+    page.add_script_tag(content=get_plotlyjs())
+    for name, drawn in figures.items():
+        said.append(name)
+        page.evaluate(DRAW, json.loads(figure_json(drawn)))
+    page.close()
+    assert said == list(figures), "such as: Invalid color specifier"
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -255,7 +255,14 @@ def test_a_waiting_job_can_be_stopped_and_others_move_up(pool):
     assert (second.state.phase, third.state.place) == (STOPPED, 1)
     running.stop()
     heard.wait_for(Finished)
-    assert heard.of(Queued)[-1].place == 1
+    assert heard.of(Queued)[-1].place == 0, "nobody is before it, it only begins"
+
+
+def test_a_job_that_waits_for_its_worker_alone_has_no_place():
+    with JobPool(1, LIGHT) as cold:
+        first = cold.submit("a", task(count, steps=1), Listener())
+        second = cold.submit("b", task(count, steps=1), Listener())
+        assert (first.state.place, second.state.place) == (0, 1)
 
 
 def test_a_session_that_leaves_drops_its_jobs_and_hears_nothing(pool):

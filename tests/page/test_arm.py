@@ -13,7 +13,18 @@ from flexgui.page.in_browser import PURPOSE
 from flexgui.session.session import Session
 from flexgui.stages.arm import panel as arm_panel
 from tests.page.conftest import Desktop
-from tests.page.helpers import enter, labelled, plots, press, ready, redrawn, sees, still
+from tests.page.helpers import (
+    box,
+    enter,
+    labelled,
+    plots,
+    press,
+    ready,
+    redrawn,
+    sees,
+    shows,
+    still,
+)
 from tests.session.helpers import until
 
 SLIDERS = {"θ2 [deg]": "100", "ε [GPa]": "2", "d [mm]": "60", "SNR [dB]": "35"}
@@ -56,6 +67,29 @@ def test_each_slider_changes_the_plots_and_the_arm(
         moved(page, desktop, label, value)
     assert session.document.scenario.arm.overrides["young_modulus"] == 2e9
     assert session.document.live.snr_db == 35
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("typed", "said"), [("-5", "-5 is not"), ("", "That is not"), ("abc", "That is not")]
+)
+def test_what_is_no_number_of_a_slider_says_so_and_changes_nothing(
+    page: Any, session: Session, typed: str, said: str
+) -> None:
+    still(page)
+    given, slider = session.document.scenario, box(page, "ε [GPa]")
+    before = slider.input_value()
+    slider.click(click_count=3)
+    page.keyboard.press("Delete")
+    page.keyboard.type(typed)
+    page.keyboard.press("Tab")
+    sees(page, f"{said} a number from 0.2 to 3; still {before}.")
+    shows(page, "ε [GPa]", before)
+    assert session.document.scenario.arm == given.arm
+    enter(page, "ε [GPa]", "2")
+    slider.press("Enter")
+    page.get_by_text("is not a number").wait_for(state="detached")
+    until(lambda: session.document.scenario.arm.overrides.get("young_modulus") == 2e9)
 
 
 @pytest.mark.long

@@ -145,7 +145,7 @@ def test_a_click_on_the_map_in_the_scene_goes_there(
 
     until(clicked)
     assert board.edges[7] < session.playback.cursor.time < board.edges[8]
-    sees(page, "error now: θ₁ ")
+    sees(page, "error at this moment, in noise floors of each output: θ₁ ")
     press(page, "Data")
     until(lambda: errors._board is None)
 

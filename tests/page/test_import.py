@@ -179,7 +179,7 @@ def test_a_finding_is_shown_and_mended_with_one_click(
     hand.press("State this rig")
     sees(page, "Wrong sign")
     shot(page, "finding")
-    hand.press("Mend z1")
+    hand.press("Correct z1")
     sees(page, "The check found nothing wrong.")
     sees(page, "In the scenario now:")
     shot(page, "mended")

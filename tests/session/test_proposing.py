@@ -77,6 +77,7 @@ def added_as_an_effect(session: Session, first: ProposedLaw) -> None:
     fitted = {e.name: e.value for e in other.found.step.parameters}
     assert {e.name for e in first.parameters} <= set(fitted)
     assert diagnosis.laws == (), "they were of the model before"
+    assert not diagnosis.formulas, "nobody wrote it"
 
 
 def proposing(folder: Path, *laws: ProposedLaw) -> Session:

@@ -30,7 +30,13 @@ from flexgui.stages.compare.panel_plots import WORDS as COMPARE_WORDS
 from flexgui.stages.compare.panel_plots import worst_output
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.diagnose.effects import own_place, own_ranked, ranked_with_own
-from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
+from flexgui.stages.diagnose.fitted_models import FittedModel, errors_of
+from flexgui.stages.diagnose.model_versions import (
+    ModelFindings,
+    ModelVersion,
+    ladder_steps,
+    restated,
+)
 from flexgui.stages.diagnose.panel_candidates import WORDS, may_explain
 from flexgui.views.convergence import (
     LIVE_POINTS,
@@ -40,6 +46,7 @@ from flexgui.views.convergence import (
     live_plane,
 )
 from flexgui.views.error_map import error_text
+from flexgui.views.ladder import ladder
 from flexgui.views.parameter_tables import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
 from flexgui.views.preview import ROWS, groups, preview
 from flexgui.views.table import Column, Row, Table, html_equations, html_table
@@ -62,7 +69,8 @@ def test_the_list_says_what_was_refitted_and_folds_what_explains_next_to_nothing
             ("Nearly all", 99.97), ("Half", 46.0), ("Not refitted", None), ("Little", 0.3)
         )
     )  # fmt: skip
-    listed = shown(nearly, half, estimated, rest=(little,))
+    less = replace(estimated, title="Less before refitting", expected_drop_percent=0.4)
+    listed = shown(nearly, half, estimated, rest=(little, less))
     none = shown(rest=(little,), over=True)
     approved("candidates.html", f"{listed}\n{none}".replace("><", ">\n<"))
 
@@ -117,6 +125,29 @@ def test_without_a_list_there_is_no_place() -> None:
     assert ranked_with_own(BEFORE, after) is BEFORE
 
 
+def test_the_error_over_the_noise_floor_is_one_figure_in_verdict_ladder_and_list() -> None:
+    found = tuple(version(rms, "EI", added=added) for rms, added in ((34.2, None), (8.5, "own_1")))
+    drawn = ladder(ladder_steps(found))
+    assert drawn is not None
+    assert drawn["data"][0]["text"] == ["34 ×", "8.5 ×"]
+    listed = FittedModel(found, 1, 0.0)
+    assert errors_of(listed, found[-1]).fitted == pytest.approx(8.5)
+    card = str(WORDS.verdict(None, found[-1].error, "", "", {}, "", False, True))
+    assert "overall error\n8.5&nbsp;×&nbsp;noise floor: rms over all outputs" in card
+
+
+@pytest.mark.parametrize(("floor", "said"), [(1.0, ""), (1.001, ""), (1.03, "was 6.4 times the")])
+def test_a_first_row_that_reads_differently_after_a_step_is_explained(
+    floor: float, said: str
+) -> None:
+    first, last = version(6.4, "EI"), version(1.0, "EI", added="own_1")
+    assert last.found is not None
+    errors = (ChannelError("z1", "m", floor, floor),)
+    step = replace(last.found.step, errors=errors)
+    words = restated((first, replace(last, found=replace(last.found, step=step))))
+    assert said in words and bool(words) == bool(said)
+
+
 N, DT = 1200, 1e-3
 TIME = DT * np.arange(N)
 
@@ -154,7 +185,8 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
     assert all(value == pytest.approx(20.0, rel=0.3) for value in late.values())
     assert found.worst > 15.0
     assert (
-        error_text({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × noise floor"
+        error_text({"theta1": 1.5, "camera": 20.0})
+        == "error at this moment, in noise floors of each output: θ₁ 1.5, camera 20"
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
@@ -100,6 +102,17 @@ def test_arms_without_a_rigid_arm_are_recorded_without_y(name: str) -> None:
     assert recording.has("theta1", "z1", "z2", "u1")
     assert not recording.has("y1")
     assert all(np.all(np.isfinite(column)) for column in recording.channels.values())
+
+
+def test_the_error_of_a_simulation_is_said_in_lengths_and_angles() -> None:
+    spec = SimulateSpec(seconds=0.1, level="nonlinear")
+    (said,) = simulate_recording(looped(PAPER), spec, "r").warnings
+    steps, error = r"\d+ steps per sample", r"[\d.]+(e-\d+)?"
+    assert re.fullmatch(
+        f"Simulated with the non-linear equations, {steps}. Shorter steps would change positions "
+        f"by about {error} µm and angles by {error} µrad.",
+        said,
+    )
 
 
 def test_a_position_controller_starts_at_rest_wherever_the_arm_stands() -> None:

@@ -32,7 +32,7 @@ CONFUSED_UNITS = {"degrees": ("rad", "deg"), "millimetres": ("m", "mm")}
 
 
 class WrongColumns(Check):
-    """What mends the contradictions of a recording's channels once it is taken back."""
+    """What explains the contradictions of a recording's channels, and ends them if corrected."""
 
     kind = "wrong_columns"
 
@@ -68,7 +68,7 @@ def _sentence(case: Case, fault: ColumnFault) -> str:
         return sentence
     channel, before, after = fault.explains
     fall = f"from {_percent(before)} to {_percent(after)}"
-    return f"{sentence}. Taken back, the unexplained variance of {channel} falls {fall}"
+    return f"{sentence}. Once this is corrected, the unexplained part of {channel} falls {fall}"
 
 
 def _percent(share: float) -> str:
@@ -76,7 +76,7 @@ def _percent(share: float) -> str:
 
 
 def _fix_line(case: Case, fault: ColumnFault) -> str | None:
-    """The line that takes a cause back; None where none can."""
+    """The line that corrects a cause; None where none can."""
     if fault.lag and all(from_camera(n) for n in fault.channels):
         return f"time_shift = {fault.lag:.6g}"  # the camera has a clock of its own
     if fault.shift or fault.lag or fault.drift:

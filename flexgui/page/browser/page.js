@@ -69,6 +69,29 @@
       event.target.click();
     }
   });
+  // The box of a slider: what is no number between its ends says so, and the last value stands again.
+  const rowOf = box => box.closest?.(".mantine-NumberInput-root")?.parentElement;
+  const thumbOf = box => rowOf(box)?.querySelector('[role="slider"]');
+  const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+  const last = new WeakMap();
+  const check = box => {
+    const thumb = thumbOf(box);
+    if (!thumb || !last.has(box)) return;
+    rowOf(box).querySelector(".fx-refused")?.remove();
+    const [low, high] = [thumb.ariaValueMin, thumb.ariaValueMax].map(Number);
+    const value = box.value.trim() === "" ? NaN : Number(box.value);
+    if (value >= low && value <= high) return last.set(box, box.value);
+    const note = document.createElement("p");
+    note.className = "fx-refused";
+    note.setAttribute("role", "alert");
+    note.textContent = `${Number.isNaN(value) ? "That" : box.value} is not a number from ${low} to ${high}; still ${last.get(box)}.`;
+    rowOf(box).append(note);
+    write.call(box, last.get(box));
+    box.dispatchEvent(new Event("input", {bubbles: true}));
+  };
+  document.addEventListener("focusin", ({target}) => thumbOf(target) && last.set(target, target.value));
+  document.addEventListener("focusout", ({target}) => check(target), true);
+  document.addEventListener("keydown", ({key, target}) => key === "Enter" && check(target), true);
   // On a phone all panels are in one sheet below the arm: a row of links scrolls to each.
   const phone = matchMedia("(max-width: 576px)");
   const sheet = () => document.querySelector('.mantine-Paper-root[style*="position: fixed"]');

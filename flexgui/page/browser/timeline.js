@@ -88,7 +88,7 @@
     note.replaceChildren(...state.effects.map(words => text("p", words, "effect")),
       ...state.words.map(words => text("p", words)));
     if (state.scale) {
-      const scale = text("p", "× noise 1", "scale");
+      const scale = text("p", "colour, in noise floors: 1", "scale");
       scale.append(text("i", ""), text("span", state.scale));
       scale.querySelector("i").style.background = `linear-gradient(90deg, ${state.colours})`;
       note.append(scale);

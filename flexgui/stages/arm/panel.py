@@ -94,7 +94,7 @@ class ArmPanel(Panel):
 
     def refresh(self) -> None:
         view = self.session.document.live_model
-        self._title.show(paragraph(self.session.document.scenario.title, "lead"))
+        self._title.show(paragraph(f"Scenario: {self.session.document.scenario.title}", "lead"))
         self._sliders.refresh()
         self._next.color = color(not card_has_button(self.session))
         if view is None:

@@ -168,7 +168,7 @@ class FindingList(PageElement):
             self._places = [
                 (
                     HtmlBlock(self.gui),
-                    button(context, "Mend", partial(self._mend, k)),
+                    button(context, "Correct", partial(self._mend, k)),
                     button(context, "Dismiss", partial(self._dismiss, k)),
                 )
                 for k in range(MOST_FINDINGS)
@@ -201,7 +201,7 @@ class FindingList(PageElement):
             mend.visible = finding is not None and finding.fix is not None
             dismiss.visible = finding is not None
             if finding is not None:
-                mend.label = f"Mend {finding.channel}"
+                mend.label = f"Correct {finding.channel}"
         lines = lines_applied(check.mended.get(recording, ()))
         self._applied.show(WORDS.more(len(self._found) - MOST_FINDINGS), lines)
         self._look.visible = not (check.running or check.is_checked or asked)

@@ -99,16 +99,12 @@ def restated(versions: Sequence[ModelVersion]) -> str:
     """Why the first row of the ladder is not what it was; empty where it is."""
     steps = ladder_steps(versions)
     first = next((version.error for version in versions if version.found is not None), math.nan)
-    if len(steps) < 2 or abs(math.log(math.sqrt(steps[0].cost_per_sample) / first)) < UNCHANGED:
+    if len(steps) < 2 or times(math.sqrt(steps[0].cost_per_sample)) == times(first):
         return ""
     return (
         "Each model has its own estimate of the noise floor; all rows are in that of the newest "
-        f"one. The error of the first was {times(first)} its own."
+        f"one. In its own, the error of the first was {times(first)} the noise floor."
     )
-
-
-UNCHANGED = 0.05
-"""Relative: a figure that moves by less is not seen to."""
 
 
 def step_in_floors(step: LadderStep, floors: dict[str, float]) -> LadderStep:

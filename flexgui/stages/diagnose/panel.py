@@ -186,8 +186,8 @@ class DiagnosePanel(Panel):
         began = versions[0].diagnosis
         biased = began is not None and began.verdict == MISSING
         heading = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
-        alone = len(versions) > 1 and last.added and last.added not in catalogue()
-        place = own_place(versions[-2], last) if alone else ""
+        typed = len(versions) > 1 and last.added in diagnosis.formulas  # no proposed law
+        place = own_place(versions[-2], last) if typed else ""
         before = first if len(steps) > 1 else []
         words = WORDS.model(titles, standing, last.error, before, heading, place, undo, free)
         return Markup(words)

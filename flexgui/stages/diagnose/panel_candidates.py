@@ -32,7 +32,7 @@ from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.plots import glimpse, picture
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
-from flexgui.views.parameter_tables import equation
+from flexgui.views.names import equation
 from flexgui.views.ranking import chance, typeset_sizes
 from flexgui.views.summary import DOUBTFUL
 from flexgui.views.table import mathml_lines

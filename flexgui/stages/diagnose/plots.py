@@ -199,10 +199,11 @@ def cloud_caption(torques: Sequence[MissingTorque], first: Sequence[MissingTorqu
 
 
 def residual_caption(channel: str, unit: str, residual: np.ndarray, first: np.ndarray) -> str:
-    """'tip position z₁: 18 times the noise floor', of a residual (N,) in noise floors, after a step
-    with what it was before, of `first` (N,)."""
+    """'tip position z₁, in this recording alone: rms 18 × its noise floor', of a residual (N,) in
+    noise floors, after a step with what it was before, of `first` (N,)."""
     current, was = (float(np.sqrt(np.nanmean(np.square(each)))) for each in (residual, first))
-    return f"{output_title(channel, unit)}: {_changed(was, current)} times the noise floor (rms)"
+    size = f"rms {_changed(was, current)} × its noise floor"
+    return f"{output_title(channel, unit)}, in this recording alone: {size}"
 
 
 def _changed(was: float, now: float) -> str:

@@ -14,6 +14,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
 from flexgui.jobs.job import PAUSED, RUNNING, STOPPING
 from flexgui.page.earlier_work import FIT, other_settings
+from flexgui.page.job_status import waiting
 from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
@@ -56,7 +57,7 @@ from flexgui.views.parameter_tables import (
 from flexgui.views.summary import implausible, lead_sentences, summary
 from flexgui.views.table import html_table
 
-WORDS = stage_macros("identify")
+WORDS = stage_macros("identify", waiting=waiting)
 METHODS = {
     "glocal": "All recordings together (glocal)",
     "local": "Each recording by itself (local)",

@@ -12,8 +12,9 @@ class ResidualCorrelations(RecordingView):
     kind = "residual_correlation"
     title = "residual: correlations"
     about = (
-        "Each residual's correlations with itself and with the inputs, over their 99 % bands. One "
-        "with an input outside its band means physics that the model lacks."
+        "Each residual's correlations with itself and with the inputs, over their 99 % bands. Of a "
+        "complete model one value in a hundred leaves its band by chance. Many outside, with an "
+        "input, mean that the model lacks something."
     )
     nothing = "There are too few samples for a correlation."
     in_report = True
