@@ -1,4 +1,4 @@
-"""The error map as a board behind the arm, with cells to click."""
+"""The error map as a board on the table before the arm, with cells to click."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from viser import ImageHandle, SceneNodePointerEvent
 
+from flexgui.core.recording.channels import DRIVES, Role, channel_number, role_of
 from flexgui.scene import paint
 from flexgui.scene.arm_scene import ArmScene, Owner
 from flexgui.views import colours
@@ -19,13 +20,15 @@ NAME = "error board"
 CELL, LINE = 24, 2
 """px of a cell's picture, and of the gap to the next."""
 
-BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 1.15, 0.062, 0.5
+BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 1.0, 0.062, 0.3
 """Of the board and of its rows, as shares of the arm's reach."""
 
-CENTRE = (0.42, 1.02, 0.16)
-"""In shares of the reach."""
+MIDDLE, BEFORE, NEAREST = 0.52, 0.27, -0.4
+"""x of its middle, the distance from its upper edge to what is nearest of the arm, and the least y
+of that edge: seen from home the board is below the pedestal's foot and above the time-line. An arm
+that comes farther passes over it. Shares of the reach."""
 
-LEANING = 0.6
+LEANING = 0.9
 """rad from upright, so that it faces the viewer."""
 
 EMPTY = (128, 136, 146, 40)
@@ -58,7 +61,7 @@ class ErrorBoard:
         self._reach, self._shape = stage.body.reach, ratio.shape
         self.width = BOARD_WIDTH * self._reach
         self.height = min(BOARD_ROW * len(labels), LARGEST_BOARD_HEIGHT) * self._reach
-        self.centre = np.array(CENTRE) * self._reach
+        self.centre = self._place(stage.front)
         stage.detach(NAME)
         place, rows = f"{stage.anchor('base')}_errors_", len(labels)
         self._mark = owner.scene.add_line_segments(
@@ -90,6 +93,12 @@ class ErrorBoard:
                 cell = self.cell(event.ray_origin, event.ray_direction)
                 if cell is not None:
                     pick(*cell)
+
+    def _place(self, front: float) -> np.ndarray:
+        """(3,) m of the middle: the board stands on the table before `front`, m."""
+        up = -0.5 * self.height * DOWN
+        y = max(front - BEFORE * self._reach, NEAREST * self._reach) - up[1]
+        return np.array([MIDDLE * self._reach, y, up[2] - paint.DEPTH * self._reach])
 
     def mark(self, row: int, share: float) -> None:
         """Marks the cell of a row at a share of the columns."""
@@ -159,10 +168,22 @@ def error_paint(
         share = np.log10(max(ratio, 1.0)) / np.log10(greatest(worst))
         return shade(round(float(np.clip(share, 0.0, 1.0)) * SHADES) / SHADES, dark)
 
-    camera = now.get(CAMERA)
-    hubs = tuple(shown(now.get(f"theta{k + 1}")) for k in range(joints))
-    beams = tuple(shown(now.get(f"deflection{k + 1}", camera)) for k in range(joints))
-    return ErrorPaint(hubs, beams)
+    camera, drives = now.get(CAMERA), _by_joint(now, *DRIVES)
+    places, deflections = _by_joint(now, Role.PLACE), _by_joint(now, Role.DEFLECTION)
+    # A rig whose recorded torques are compared shows the missing torque in what each one drives.
+    beams = [
+        deflections.get(k, drives.get(k) if camera is None else camera)
+        for k in range(1, joints + 1)
+    ]
+    hubs = [places.get(k, drives.get(k)) for k in range(1, joints + 1)]
+    return ErrorPaint(tuple(map(shown, hubs)), tuple(map(shown, beams)))
+
+
+def _by_joint(now: Mapping[str, float], *roles: Role) -> dict[int, float]:
+    """Number of the joint -> times the floor, of the channels with one of these roles."""
+    return {
+        int(channel_number(name)): ratio for name, ratio in now.items() if role_of(name) in roles
+    }
 
 
 def greatest(worst: float) -> float:
