@@ -65,7 +65,6 @@ class Page(PageElement):
         self._left.set_width(PLOTS)
         self._scene = ScenePanel(context)
         self._timeline = TimeLine(context, self._scene.look_from)
-        context.theme.callbacks.append(lambda dark: self._timeline.refresh())
         self._layout.begin(self.context.theme.fit, self._fit, self._scene.fit)
         if context.read_only:
             disable_inputs(gui, others)
