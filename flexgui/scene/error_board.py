@@ -20,10 +20,10 @@ NAME = "error board"
 CELL, LINE = 24, 2
 """px of a cell's picture, and of the gap to the next."""
 
-BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 1.0, 0.062, 0.3
+BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 0.95, 0.062, 0.3
 """Of the board and of its rows, as shares of the arm's reach."""
 
-MIDDLE, BEFORE, NEAREST = 0.52, 0.27, -0.4
+MIDDLE, BEFORE, NEAREST = 0.6, 0.27, -0.4
 """x of its middle, the distance from its upper edge to what is nearest of the arm, and the least y
 of that edge: seen from home the board is below the pedestal's foot and above the time-line. An arm
 that comes farther passes over it. Shares of the reach."""
@@ -35,8 +35,8 @@ EMPTY = (128, 136, 146, 40)
 """Colour of cells without a measurement."""
 
 TITLE = "error over time, recording by recording: click a cell"
-TEXT = 0.046
-"""Height of its words, as a share of the reach."""
+MOST_NAMES = 6
+"""Rows with a name; of more rows every second or third has one, or names would overlap."""
 
 RIGHT = np.array([1.0, 0.0, 0.0])
 DOWN = np.array([0.0, -np.sin(LEANING), -np.cos(LEANING)])
@@ -72,18 +72,15 @@ class ErrorBoard:
             f"{place}board", cells(ratio, dark), self.width, self.height, format="png",
             cast_shadow=False, receive_shadow=False, wxyz=UPRIGHT, position=self.centre,
         )  # fmt: skip
-        height = TEXT * self._reach
         title = owner.scene.add_label(
-            f"{place}title", TITLE, position=self._point(0.5, -0.7 / rows),
-            font_size_mode="scene", font_scene_height=height, anchor="bottom-center",
-        )  # fmt: skip
+            f"{place}title", TITLE, position=self._point(0.5, -0.5 / rows), anchor="bottom-center"
+        )
         names = [
             owner.scene.add_label(
-                f"{place}row{k}", text, position=self._point(-0.015, (k + 0.5) / rows),
-                font_size_mode="scene", font_scene_height=min(height, 0.85 * self.height / rows),
+                f"{place}row{k}", labels[k], position=self._point(-0.015, (k + 0.5) / rows),
                 anchor="center-right",
             )
-            for k, text in enumerate(labels)
+            for k in range(0, rows, -(-rows // MOST_NAMES))
         ]  # fmt: skip
         stage.attach(NAME, picture, self._mark, title, *names)
         if pick is not None:
