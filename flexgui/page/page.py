@@ -250,7 +250,10 @@ MENU = Markup(
 )
 KEPT = {
     "text": ("Text size", {"100": "usual", "115": "larger", "130": "largest"}),
-    "look": ("3-D view", {"auto": "automatic", "fine": "with shadows", "plain": "plain, faster"}),
+    "look": (
+        "3-D view",
+        {"auto": "automatic", "fine": "with reflections", "plain": "plain, faster"},
+    ),
 }
 """Settings that only the browser stores; `browser/page.js` applies them."""
 

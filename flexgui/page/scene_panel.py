@@ -85,7 +85,7 @@ class ScenePanel(PageElement):
                 self._show_recording(stage, motion)
             if topics & {Topic.RECORDINGS, Topic.STAGE}:
                 stage.show_camera(has_camera(session))
-            self._errors.draw(stage)
+            self._errors.draw(stage, self._window.phone)
             if session.document.live.mode is not None and not self._swings:
                 self._swings = True
                 THREADS.run(self._swing)
@@ -167,7 +167,7 @@ class ScenePanel(PageElement):
         with self._lock:
             if self._stage is not None:
                 self._stage.set_dark(dark)
-                self._errors.draw(self._stage)
+                self._errors.draw(self._stage, self._window.phone)
 
     def _swing(self) -> None:
         """Moves the chosen mode while the first stage is shown; ends without a chosen mode."""
@@ -204,11 +204,11 @@ class ErrorsInScene(PageElement):
         """The nodes on which no error is drawn."""
         self._painted: object = None
         self._board: ErrorBoard | None = None
-        self._board_of: tuple[object, object] = (None, "")
+        self._board_of: tuple[object, object] = (None, ())
         self._dark = False
 
-    def draw(self, stage: ArmScene) -> None:
-        """Shows the error at the cursor."""
+    def draw(self, stage: ArmScene, phone: bool) -> None:
+        """Shows the error at the cursor; on a `phone` no board, whose cells no finger would hit."""
         session = self.session
         failing = session.comparison.failing if session.stage in COLOURED else None
         self._dark = self.context.theme.dark
@@ -217,7 +217,8 @@ class ErrorsInScene(PageElement):
             return
         self._plain = plain
         self._paint(stage, None if failing is None else session.comparison.on_arm)
-        self._show_board(stage, failing if session.stage == BOARD else None)
+        shown = session.stage == BOARD and not phone
+        self._show_board(stage, failing if shown else None)
 
     def _paint(self, stage: ArmScene, failing: WhereItFails | None) -> None:
         cursor, joints = self.session.playback.cursor, stage.body.arm.joints
@@ -232,7 +233,7 @@ class ErrorsInScene(PageElement):
 
     def _show_board(self, stage: ArmScene, failing: WhereItFails | None) -> None:
         board = None if failing is None else failing.board
-        made_of = (board, (stage.anchor("base"), self._dark))
+        made_of = (board, (stage.anchor("base"), self._dark, round(stage.front, 2)))
         if made_of[0] is not self._board_of[0] or made_of[1] != self._board_of[1]:
             self._board_of = made_of
             self._board = None

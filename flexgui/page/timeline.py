@@ -32,6 +32,7 @@ class TimeLine(PageElement):
         """`look_from` turns the view of the arm to one of DIRECTIONS."""
         super().__init__(context)
         self._sent = ""
+        context.theme.callbacks.append(lambda _: self.refresh())
         playback, actions = self.session.playback, context.actions
         actions.register("play", lambda _: playback.move(playing=not playback.cursor.playing))
         actions.register("seek", lambda text: self._with_number(text, playback.seek))

@@ -197,15 +197,20 @@ def visible_section(segment: Segment, length: float) -> Section:
     return Section(thickness * length, height * length)
 
 
+AS_IT_IS = (1.0, 1.0)
+"""Factors of thickness and height."""
+
+
 def beam_vertices(
-    line: np.ndarray, slope: np.ndarray, section: Section, level: float, grown: float = 1.0
-) -> np.ndarray:
+    line: np.ndarray, slope: np.ndarray, section: Section, level: float,
+    grown: tuple[float, float] = AS_IT_IS,
+) -> np.ndarray:  # fmt: skip
     """(V, 3) float32 in m: the section swept along a middle line (stations, 2) with directions
     `slope` (stations,) in rad, at height `level`.
 
-    The factor `grown` makes it a little larger, so that a translucent twin does not flicker in it.
+    `grown`: factors of its thickness and height.
     """
-    corners = CORNERS * (np.array(section) * grown)
+    corners = CORNERS * (np.array(section) * np.array(grown))
     normal = np.empty_like(line)
     normal[:, 0], normal[:, 1] = -np.sin(slope), np.cos(slope)
     rings = np.empty((len(line), 4, 3), dtype=np.float32)
@@ -213,6 +218,11 @@ def beam_vertices(
     rings[:, :, 2] = level + corners[:, 1]
     sides = rings[:, EDGE_COLUMNS].reshape(-1, 3)
     return np.concatenate([sides, rings[0], rings[-1]])
+
+
+def middle_line(beam: np.ndarray) -> np.ndarray:
+    """(stations, 3) in m, of vertices that `beam_vertices` gives."""
+    return np.asarray(beam[: 8 * STATIONS].reshape(STATIONS, 8, 3).mean(axis=1))
 
 
 def beam_faces() -> np.ndarray:

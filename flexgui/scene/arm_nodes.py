@@ -9,7 +9,7 @@ import numpy as np
 from viser import LabelHandle, LineSegmentsHandle, MeshHandle, SceneApi
 
 from flexgui.scene import paint
-from flexgui.scene.arm_geometry import beam_faces
+from flexgui.scene.arm_geometry import AS_IT_IS, beam_faces
 from flexgui.scene.pose import RAIL, Body, Pose, Spot, mark_faces
 
 LABEL_SCALE = 1.25
@@ -55,26 +55,28 @@ class Style(NamedTuple):
 
     colour: paint.Rgb
     opacity: float | None = None
-    grown: float = 1.0
+    grown: tuple[float, float] = AS_IT_IS
+    """Factors of thickness and height."""
     machine: bool = True
     """Whether it has hubs and a pedestal; a ghost is only what bends."""
 
 
 MODEL = Style(paint.MODEL)
-GHOST = Style(paint.MEASURED, opacity=0.55, grown=1.12, machine=False)
+GHOST = Style(paint.MEASURED, opacity=0.5, grown=(2.6, 0.4), machine=False)
+"""A flat body around the model's, which shows on both sides of it and leaves its top free."""
 
 
 class ArmNodes:
     """Built once; `show` moves what is there."""
 
     def __init__(self, scene: SceneApi, path: str, body: Body, style: Style, pose: Pose) -> None:
-        self.scene, self.style = scene, style
+        self.scene, self.style, self._reach = scene, style, body.reach
         self.beams: list[MeshHandle] = [
             scene.add_mesh_simple(
                 f"{path}/beam{k}", vertices, beam_faces(), color=style.colour,
                 opacity=style.opacity, cast_shadow=style.machine, receive_shadow=False,
             )
-            for k, vertices in enumerate(pose.beams, start=1)
+            for k, vertices in enumerate(self._beams(pose), start=1)
         ]  # fmt: skip
         self.joints, self.origins, self.ends = (
             [
@@ -98,11 +100,16 @@ class ArmNodes:
 
     def show(self, pose: Pose) -> None:
         """Moves everything to a pose."""
-        for beam, vertices in zip(self.beams, pose.beams, strict=True):
+        for beam, vertices in zip(self.beams, self._beams(pose), strict=True):
             beam.vertices = vertices
         for group in zip((self.joints, self.origins, self.ends), self._spots(pose), strict=True):
             for frame, spot in zip(*group, strict=True):
                 paint.put(frame, spot.place, spot.angle)
+
+    def _beams(self, pose: Pose) -> Sequence[np.ndarray]:
+        if self.style.opacity is None:
+            return pose.beams
+        return [paint.drawn_late(vertices, self._reach) for vertices in pose.beams]
 
     def _spots(self, pose: Pose) -> tuple[tuple[Spot, ...], ...]:
         """Of joints, origins and ends; of a ghost the last end alone, which carries its tip."""
@@ -120,13 +127,6 @@ class ArmNodes:
                 colour = usual if colour is None else colour
                 if tuple(handle.color) != colour:
                     handle.color = colour
-
-    def fade(self, opacity: float | None) -> None:
-        """Gives beams and tip an `opacity` from 0 to 1; None: opaque."""
-        if self.tip.opacity != opacity:
-            self.tip.opacity = opacity
-            for beam in self.beams:
-                beam.opacity = opacity
 
     def rebuild(self, body: Body) -> None:
         """Sizes of the hubs for other sections."""

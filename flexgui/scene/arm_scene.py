@@ -11,12 +11,11 @@ from viser import FrameHandle, SceneNodeHandle
 from flexgui.core.arm.arm import Arm
 from flexgui.scene import paint
 from flexgui.scene.arm_nodes import GHOST, MODEL, ArmNodes, CameraNodes, MarkNodes, PathNodes
-from flexgui.scene.paint import HOME, ROOT, Floor, Owner, Rgb, View, add_floor, light, view_of
+from flexgui.scene.floor import Floor
+from flexgui.scene.paint import HOME, ROOT, Owner, Rgb, View, light, view_of
 from flexgui.scene.pose import LIFT, Body, Pose
 
 LEAST_EXAGGERATION, MOST_EXAGGERATION = 1.0, 50.0
-FAINT = 0.14
-"""Opacity of the ghost while the model under it shows something in its colours."""
 
 GROUPS = ("model", "ghost", "angles", "camera", "paths")
 
@@ -39,6 +38,8 @@ class ArmScene:
     paths: PathNodes
     _root: FrameHandle
     _groups: dict[str, FrameHandle]
+    front: float
+    """m, the smallest y of base, joints and tip in the motions that are shown."""
     _motions: tuple[np.ndarray | None, np.ndarray | None]
 
     def __init__(
@@ -49,8 +50,8 @@ class ArmScene:
         q: np.ndarray | None = None,
         fine: bool = False,
     ) -> None:
-        """`fine`: shadows and reflections; without a graphics card they cost most of the time."""
-        self._owner, self._fine = owner, fine
+        """`fine`: light is reflected; without a graphics card they cost most of the time."""
+        self._owner = owner
         light(owner.scene, fine)
         self._lock = threading.RLock()
         self._exaggeration = LEAST_EXAGGERATION
@@ -65,6 +66,7 @@ class ArmScene:
             self.pose = self.body.pose(self._q, self._exaggeration)
             self.model.show(self.pose)
             self.marks.show(self.body, self.pose)
+            self.floor.show(self.body, self.pose)
             self.camera.show(self.pose)
             paint.switch(self._groups["ghost"], ghost is not None)
             tips = [self.pose.tip.place]
@@ -79,6 +81,8 @@ class ArmScene:
         path."""
         with self._lock, self._owner.atomic():
             self._motions = (model, measured)
+            chosen = [q for q in self._motions if q is not None]
+            self.front = min([0.0, *(self.body.front(q) for q in chosen)])
             self.paths.show(*(self._tips(q, self._exaggeration) for q in self._motions))
 
     def _tips(self, q: np.ndarray | None, exaggeration: float) -> np.ndarray | None:
@@ -117,7 +121,7 @@ class ArmScene:
             same = self.body.arm is arm and np.array_equal(self.body.p, p)
             if not same and _kinds(self.body.arm) != _kinds(arm):
                 self._root.remove()
-                self.floor.node.remove()
+                self.floor.remove()
                 self._attached.clear()
                 self._build(arm, p, q)
                 return
@@ -152,8 +156,6 @@ class ArmScene:
         """Colours of the model's parts, None: as usual."""
         with self._lock, self._owner.atomic():
             self.model.paint(beams, hubs)
-            coloured = any(colour is not None for colour in beams)
-            self.ghost.fade(FAINT if coloured else GHOST.opacity)
 
     def view(self, aspect: float = 1.3, side: str = HOME) -> View:
         """A good place to look from, for a canvas `aspect` times as wide as it is high: base,
@@ -165,7 +167,7 @@ class ArmScene:
 
     def _build(self, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
         self.body = Body(arm, p)
-        self._motions = (None, None)
+        self._motions, self.front = (None, None), 0.0
         pose, reach = self.body.pose(q, self._exaggeration), self.body.reach
         scene, path = self._owner.scene, f"{ROOT}{self._generation or ''}"
         self._generation += 1
@@ -175,7 +177,7 @@ class ArmScene:
             self._groups = {
                 name: scene.add_frame(f"{path}/{name}", show_axes=False) for name in GROUPS
             }
-            self.floor = add_floor(scene, f"{path}_floor", reach, self._dark, self._fine)
+            self.floor = Floor(scene, f"{path}_floor", self.body, pose, self._dark)
             self.model = ArmNodes(scene, f"{path}/model", self.body, MODEL, pose)
             ghost_pose = self.body.pose(q, self._exaggeration, GHOST.grown)
             self.ghost = ArmNodes(scene, f"{path}/ghost", self.body, GHOST, ghost_pose)

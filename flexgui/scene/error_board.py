@@ -1,4 +1,4 @@
-"""The error map as a board behind the arm, with cells to click."""
+"""The error map as a board on the table before the arm, with cells to click."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from viser import ImageHandle, SceneNodePointerEvent
 
+from flexgui.core.recording.channels import DRIVES, Role, channel_number, role_of
 from flexgui.scene import paint
 from flexgui.scene.arm_scene import ArmScene, Owner
 from flexgui.views import colours
@@ -19,21 +20,23 @@ NAME = "error board"
 CELL, LINE = 24, 2
 """px of a cell's picture, and of the gap to the next."""
 
-BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 1.15, 0.062, 0.5
+BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 0.95, 0.062, 0.3
 """Of the board and of its rows, as shares of the arm's reach."""
 
-CENTRE = (0.42, 1.02, 0.16)
-"""In shares of the reach."""
+MIDDLE, BEFORE, NEAREST = 0.6, 0.27, -0.4
+"""x of its middle, the distance from its upper edge to what is nearest of the arm, and the least y
+of that edge: seen from home the board is below the pedestal's foot and above the time-line. An arm
+that comes farther passes over it. Shares of the reach."""
 
-LEANING = 0.6
+LEANING = 0.9
 """rad from upright, so that it faces the viewer."""
 
 EMPTY = (128, 136, 146, 40)
 """Colour of cells without a measurement."""
 
 TITLE = "error over time, recording by recording: click a cell"
-TEXT = 0.046
-"""Height of its words, as a share of the reach."""
+MOST_NAMES = 6
+"""Rows with a name; of more rows every second or third has one, or names would overlap."""
 
 RIGHT = np.array([1.0, 0.0, 0.0])
 DOWN = np.array([0.0, -np.sin(LEANING), -np.cos(LEANING)])
@@ -58,7 +61,7 @@ class ErrorBoard:
         self._reach, self._shape = stage.body.reach, ratio.shape
         self.width = BOARD_WIDTH * self._reach
         self.height = min(BOARD_ROW * len(labels), LARGEST_BOARD_HEIGHT) * self._reach
-        self.centre = np.array(CENTRE) * self._reach
+        self.centre = self._place(stage.front)
         stage.detach(NAME)
         place, rows = f"{stage.anchor('base')}_errors_", len(labels)
         self._mark = owner.scene.add_line_segments(
@@ -69,18 +72,15 @@ class ErrorBoard:
             f"{place}board", cells(ratio, dark), self.width, self.height, format="png",
             cast_shadow=False, receive_shadow=False, wxyz=UPRIGHT, position=self.centre,
         )  # fmt: skip
-        height = TEXT * self._reach
         title = owner.scene.add_label(
-            f"{place}title", TITLE, position=self._point(0.5, -0.7 / rows),
-            font_size_mode="scene", font_scene_height=height, anchor="bottom-center",
-        )  # fmt: skip
+            f"{place}title", TITLE, position=self._point(0.5, -0.5 / rows), anchor="bottom-center"
+        )
         names = [
             owner.scene.add_label(
-                f"{place}row{k}", text, position=self._point(-0.015, (k + 0.5) / rows),
-                font_size_mode="scene", font_scene_height=min(height, 0.85 * self.height / rows),
+                f"{place}row{k}", labels[k], position=self._point(-0.015, (k + 0.5) / rows),
                 anchor="center-right",
             )
-            for k, text in enumerate(labels)
+            for k in range(0, rows, -(-rows // MOST_NAMES))
         ]  # fmt: skip
         stage.attach(NAME, picture, self._mark, title, *names)
         if pick is not None:
@@ -90,6 +90,12 @@ class ErrorBoard:
                 cell = self.cell(event.ray_origin, event.ray_direction)
                 if cell is not None:
                     pick(*cell)
+
+    def _place(self, front: float) -> np.ndarray:
+        """(3,) m of the middle: the board stands on the table before `front`, m."""
+        up = -0.5 * self.height * DOWN
+        y = max(front - BEFORE * self._reach, NEAREST * self._reach) - up[1]
+        return np.array([MIDDLE * self._reach, y, up[2] - paint.DEPTH * self._reach])
 
     def mark(self, row: int, share: float) -> None:
         """Marks the cell of a row at a share of the columns."""
@@ -159,10 +165,22 @@ def error_paint(
         share = np.log10(max(ratio, 1.0)) / np.log10(greatest(worst))
         return shade(round(float(np.clip(share, 0.0, 1.0)) * SHADES) / SHADES, dark)
 
-    camera = now.get(CAMERA)
-    hubs = tuple(shown(now.get(f"theta{k + 1}")) for k in range(joints))
-    beams = tuple(shown(now.get(f"deflection{k + 1}", camera)) for k in range(joints))
-    return ErrorPaint(hubs, beams)
+    camera, drives = now.get(CAMERA), _by_joint(now, *DRIVES)
+    places, deflections = _by_joint(now, Role.PLACE), _by_joint(now, Role.DEFLECTION)
+    # A rig whose recorded torques are compared shows the missing torque in what each one drives.
+    beams = [
+        deflections.get(k, drives.get(k) if camera is None else camera)
+        for k in range(1, joints + 1)
+    ]
+    hubs = [places.get(k, drives.get(k)) for k in range(1, joints + 1)]
+    return ErrorPaint(tuple(map(shown, hubs)), tuple(map(shown, beams)))
+
+
+def _by_joint(now: Mapping[str, float], *roles: Role) -> dict[int, float]:
+    """Number of the joint -> times the floor, of the channels with one of these roles."""
+    return {
+        int(channel_number(name)): ratio for name, ratio in now.items() if role_of(name) in roles
+    }
 
 
 def greatest(worst: float) -> float:

@@ -1,14 +1,13 @@
-"""Light, floor, colours, small turns and a good place to look from, in the form that a scene takes
-them."""
+"""Light, colours, small turns and a good place to look from, in the form that scenes take them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from viser import GridHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
+from viser import SceneApi, SceneNodeHandle
 
 from flexgui.views import colours
 from flexgui.views.colours import rgb
@@ -68,8 +67,8 @@ PICTURE_MARGIN = 0.25
 FARTHEST = 3.0
 """Times the reach: rails and what slides on them lie within."""
 
-AMBIENT = 1.6
-"""Of the light from everywhere where nothing is reflected."""
+DEPTH = 0.32
+"""Of the reach: how far the table lies below the arm."""
 
 
 class Owner(Protocol):
@@ -129,124 +128,35 @@ def lowered(view: View, share: float) -> np.ndarray:
     return -share * np.tan(0.5 * view.fov) * distance * up
 
 
-def light(scene: SceneApi, fine: bool) -> None:
-    """Fine light casts shadows and is reflected; plain light is quick without a graphics card."""
-    scene.configure_default_lights(cast_shadow=fine)
-    scene.configure_environment_map("warehouse" if fine else None)
-    if not fine:
-        # What no lamp reaches would be black without something to reflect.
-        scene.add_light_ambient(f"{ROOT}_light", intensity=AMBIENT)
+HIGH = 4.0
+"""Times the reach."""
 
 
-DEPTH = 0.32
-"""How far the floor lies below the arm."""
-RADIUS = 1.9
-"""Of the lines around the place that is looked at; at its edge they are as the page's ground."""
-LAST = 0.97
-"""Of the radius: a line that only grazes the circle is left out."""
-FLOOR_WIDTH, FLOOR_FADE = 8.0, 5.0
-"""Of the shaded floor, and where its lines end. All but `LAST` are shares of the reach."""
+def drawn_late(vertices: np.ndarray, reach: float) -> np.ndarray:
+    """(V + 2, 3) vertices (V, 3) of something translucent, and two that no face uses.
 
-FINEST = 0.25
-"""Of the reach: lines are at most so far apart. Each costs a processor that draws the picture."""
-ROUND = (5.0, 2.5, 1.0)
-"""Times a power of ten, m: distances of lines that one can count by."""
-PIECES = 4
-"""Of a line: its colour goes straight from the beginning to the end of each."""
-EVERY = 2
-"""So many lines from one strong line to the next."""
-
-LIGHT: tuple[Rgb, Rgb, Rgb] = ((230, 233, 237), (205, 210, 217), (255, 255, 255))
-DARK: tuple[Rgb, Rgb, Rgb] = ((48, 53, 59), (72, 78, 86), (20, 20, 20))
-"""Weak and strong lines, and the ground that they fade into."""
-
-EXPOSURE = 0.6
-"""Of three.js: light that is shown as it is."""
-
-
-class Floor(NamedTuple):
-    """What is under the arm."""
-
-    node: GridHandle | LineSegmentsHandle
-    set_dark: Callable[[bool], None]
-    """Takes the colours of the dark or the light theme."""
-
-
-def add_floor(scene: SceneApi, path: str, reach: float, dark: bool, fine: bool) -> Floor:
-    """The floor of an arm with a `reach` in m. A fine one is a plane that takes its shadow; without
-    a graphics card it costs half of the time that a picture takes, lines nearly nothing."""
-    if fine:
-        size = spacing(reach)
-        grid = scene.add_grid(
-            path, FLOOR_WIDTH * reach, FLOOR_WIDTH * reach, plane="xy", cell_size=size,
-            section_size=EVERY * size, shadow_opacity=0.14, fade_distance=FLOOR_FADE * reach,
-            position=(0.0, 0.0, -DEPTH * reach),
-        )  # fmt: skip
-
-        def colour_grid(dark: bool) -> None:
-            grid.cell_color, grid.section_color = (DARK if dark else LIGHT)[:2]
-
-        colour_grid(dark)
-        return Floor(grid, colour_grid)
-    points, strength, strong = floor_lines(reach)
-    lines = scene.add_line_segments(
-        path, points, line_colours(strength, strong, dark), thickness=1.0, thickness_units="screen"
-    )
-
-    def colour_lines(dark: bool) -> None:
-        lines.colors = line_colours(strength, strong, dark)
-
-    return Floor(lines, colour_lines)
-
-
-def line_colours(strength: np.ndarray, strong: np.ndarray, dark: bool) -> np.ndarray:
-    """(k, 2, 3) uint8 of the lines' ends, from `strength` (k, 2) and `strong` (k,) of
-    `floor_lines`."""
-    cell, section, ground = (light_of(colour) for colour in (DARK if dark else LIGHT))
-    line = np.where(strong[:, None, None], section, cell)
-    mixed = ground + strength[:, :, None] * (line - ground)
-    return np.asarray(np.round(255.0 * mixed), dtype=np.uint8)
-
-
-def spacing(reach: float) -> float:
-    """m between lines, a round number, for a `reach` in m."""
-    most = FINEST * reach
-    power = float(10.0 ** np.floor(np.log10(most)))
-    return next(r * power for r in ROUND if r * power <= most)
-
-
-def floor_lines(reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (k, 2, 3) in m of the pieces of all lines for a `reach` in m, strength (k, 2) of their
-    ends from 1 where the arm works to 0 at the edge, and which (k,) belong to a strong line."""
-    size, radius = spacing(reach), RADIUS * reach
-    middle = np.array(AIM[:2]) * reach
-    share = np.linspace(-1.0, 1.0, PIECES + 1)
-    pieces, strong = [], []
-    for along in (0, 1):
-        across = 1 - along
-        first, last = np.ceil((middle[across] + LAST * radius * np.array([-1.0, 1.0])) / size)
-        for number in np.arange(first, last):
-            place = number * size
-            half = np.sqrt(radius**2 - (place - middle[across]) ** 2)
-            line = np.full((PIECES + 1, 3), -DEPTH * reach)
-            line[:, along], line[:, across] = middle[along] + half * share, place
-            pieces.append(np.stack([line[:-1], line[1:]], axis=1))
-            strong.append(np.full(PIECES, number % EVERY == 0.0))
-    points = np.concatenate(pieces)
-    away = np.linalg.norm(points[:, :, :2] - middle, axis=2) / radius
-    return points.astype(np.float32), np.clip(1.0 - away, 0.0, 1.0), np.concatenate(strong)
-
-
-def light_of(colour: Rgb) -> np.ndarray:
-    """(3,) from 0 to 1: the light of a point that is seen as this colour, greyish as it must be.
-
-    viser takes points' colours as light, and shows light in the ACES filmic curve (three.js, after
-    S. Hill) as sRGB (IEC 61966-2-1). White is out of its reach.
+    What is translucent is drawn in the order of the middles of their vertices, the farthest first.
+    These two put the middle above that of the table, which else would be drawn later and be missing
+    behind.
     """
-    c = np.array(colour) / 255.0
-    y = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    # y = (v^2 + a v - b) / (c v^2 + d v + e), solved for the exposed light v.
-    square, linear = 1.0 - 0.983729 * y, 0.0245786 - 0.4329510 * y
-    rest = 0.000090537 + 0.238081 * y
-    v = (np.sqrt(linear**2 + 4.0 * square * rest) - linear) / (2.0 * square)
-    return np.clip(EXPOSURE * v, 0.0, 1.0)
+    low, high = (-HIGH * reach, -HIGH * reach, -DEPTH * reach), (HIGH * reach,) * 3
+    return np.concatenate([vertices, np.array([low, high], dtype=vertices.dtype)])
+
+
+LIGHT_FROM = (-0.45, -0.40, 1.0)
+"""Direction towards the lamp: before the arm to the left, so that top, front and end differ."""
+LAMP, FILL, SKY = 2.6, 0.9, 1.5
+"""Intensities: of the lamp, of a weak one from the right, and of what comes from everywhere."""
+GROUND: Rgb = (120, 128, 140)
+"""Colour of the light from below."""
+
+
+def light(scene: SceneApi, fine: bool) -> None:
+    """Lamps that model a body. Fine light is reflected too, which is slow without a graphics
+    card."""
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map("warehouse" if fine else None)
+    share = 0.6 if fine else 1.0
+    scene.add_light_directional(f"{ROOT}_lamp", intensity=share * LAMP, position=LIGHT_FROM)
+    scene.add_light_directional(f"{ROOT}_fill", intensity=share * FILL, position=(1.0, -0.6, 0.5))
+    scene.add_light_hemisphere(f"{ROOT}_sky", ground_color=GROUND, intensity=share * SKY)

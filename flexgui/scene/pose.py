@@ -8,7 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgui.core.arm.arm import Arm
-from flexgui.scene.arm_geometry import ArmGeometry, Section, beam_vertices, visible_section
+from flexgui.scene.arm_geometry import (
+    AS_IT_IS,
+    ArmGeometry,
+    Section,
+    beam_vertices,
+    visible_section,
+)
 from flexgui.sentences.written import channel_symbol
 
 STACK = 0.25
@@ -88,9 +94,11 @@ class Body:
         """m"""
         return self.geometry.reach
 
-    def pose(self, q: np.ndarray, exaggeration: float = 1.0, grown: float = 1.0) -> Pose:
+    def pose(
+        self, q: np.ndarray, exaggeration: float = 1.0, grown: tuple[float, float] = AS_IT_IS
+    ) -> Pose:
         """The posture q (n,); factors `exaggeration`, 1 to 50, of the modal coordinates only, and
-        `grown` of the sections."""
+        `grown` of the sections' thickness and height."""
         q = np.asarray(q, dtype=float)
         links = self.geometry.links(q[None], exaggeration)
         parts = list(zip(links, self.sections, self.levels, strict=True))
@@ -112,6 +120,12 @@ class Body:
         times as large."""
         z = self.geometry.tips(np.asarray(q, dtype=float), exaggeration)
         return np.column_stack([z, np.full(len(z), self.levels[-1])]).astype(np.float32)
+
+    def front(self, q: np.ndarray) -> float:
+        """m, the smallest y of all ends of segments at postures q (N, n); what is not finite does
+        not count."""
+        y = np.array([link.tip[:, 1] for link in self.geometry.links(np.asarray(q, dtype=float))])
+        return float(np.min(y, initial=0.0, where=np.isfinite(y)))
 
     def rail_ends(self, pose: Pose) -> list[np.ndarray]:
         """(3,) m each, both ends of every rail that stands on the ground."""

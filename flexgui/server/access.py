@@ -204,5 +204,6 @@ def behind_curtain(page: bytes) -> bytes:
         purpose=html.escape(PURPOSE), steps=steps, theme=THEME_KEPT_AS, longest=LONGEST_CURTAIN,
         soon=SOON, slow=json.dumps(SLOW), plots=f"{PLOTLY}?{version}",
     )  # fmt: skip
+    first = f"<body>{curtain}<script>{asset('labels.js')}</script>"
     page = page.replace(b"<title>Viser</title>", b"<title>FlexGUI</title>")
-    return page.replace(b"<body>", b"<body>" + curtain.encode(), 1)
+    return page.replace(b"<body>", first.encode(), 1)

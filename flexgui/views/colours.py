@@ -41,8 +41,8 @@ DIVERGING = ((0.0, "#3d7fd1"), (0.5, "#eceff2"), (1.0, "#d9730d"))
 
 RISING = ((0.0, "#e9edf1"), (0.35, "#e3a9c9"), (0.7, "#c44a8f"), (1.0, "#6d1b4f"))
 """From the floor up to the worst error: what is only noise recedes into a light ground."""
-RISING_ON_DARK = ((0.0, "#343a42"), (0.35, "#77386a"), (0.7, "#cf5f9f"), (1.0, "#ffd0e8"))
-"""The same for a dark ground."""
+RISING_ON_DARK = ((0.0, "#ccd4dd"), (0.35, "#e3a0c6"), (0.7, "#dd52a0"), (1.0, "#bd1a78"))
+"""The same for a dark ground, on which the darkest is still seen: pale is good on both."""
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flexgui.core.recording.channels import Role, role_of
+from flexgui.core.recording.channels import DRIVES, Role, role_of
 from flexgui.core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
 from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.views import colours
@@ -154,7 +154,7 @@ class ErrorNow:
     time: np.ndarray
     """(N,) s since the start"""
     parts: Mapping[str, np.ndarray]
-    """channel of an encoder or a gauge, or 'camera' -> (N,)"""
+    """channel of an encoder, a gauge or a drive whose torque is compared, or 'camera' -> (N,)"""
     units: Mapping[str, str] = field(default_factory=dict)
     """channel -> its unit"""
 
@@ -180,7 +180,7 @@ def error_now(seen: RecordingComparison, floors: Mapping[str, float]) -> ErrorNo
     parts = {
         name: np.sqrt(_square(c, floors[name]))
         for name, c in comparisons.items()
-        if role_of(name) in (Role.PLACE, Role.DEFLECTION)
+        if role_of(name) in (Role.PLACE, Role.DEFLECTION, *DRIVES)
     }
     seen_by = next((names for names in TIP if comparisons.keys() & set(names)), ())
     tip = [_square(comparisons[name], floors[name]) for name in seen_by if name in comparisons]

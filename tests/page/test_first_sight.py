@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
+import viser
 
-from flexgui.page.in_browser import PURPOSE
+from flexgui.page.in_browser import PURPOSE, asset
 from flexgui.page.layout import DARK
 from flexgui.server.access import LONGEST_CURTAIN, SLOW, behind_curtain
 from flexgui.session.session import Session
+from flexgui.views.colours import RISING, RISING_ON_DARK
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, ready, sees, still, visit
 from tests.session.helpers import until
@@ -70,6 +74,23 @@ def test_space_plays_and_arrows_step(page: Any, session: Session) -> None:
     until(lambda: session.playback.cursor.time < stepped)
 
 
+SENT = "window.fxLine = (shown => state => shown(window.fxSent = state))(window.fxLine)"
+
+
+@pytest.mark.long
+def test_the_key_of_colours_follows_the_theme(
+    desktop: Desktop, chromium: Any, session: Session
+) -> None:
+    with visit(chromium, desktop.address) as shown:
+        press(shown, "Data")
+        until(lambda: session.playback.motion is not None)
+        still(shown)
+        shown.evaluate(SENT)
+        for theme, scale in (("dark", RISING_ON_DARK), ("light", RISING)):
+            desktop.pages[-1].context.theme.choose(theme)
+            shown.wait_for_function(f"window.fxSent?.colours?.endsWith('{scale[-1][1]}')")
+
+
 @pytest.mark.long
 def test_every_slider_and_icon_has_a_name(page: Any) -> None:
     page.wait_for_function(
@@ -83,6 +104,50 @@ def test_the_curtain_is_the_first_thing_of_the_body() -> None:
     text = made.decode()
     assert "<title>FlexGUI</title>" in text
     assert text.index("fx-curtain") < text.index("id='root'") and PURPOSE in text
+
+
+LABEL_GROUND = """() => {
+  const gl = document.createElement('canvas').getContext('webgl2', {preserveDrawingBuffer: true});
+  const program = gl.createProgram();
+  for (const [kind, text] of [
+    [gl.VERTEX_SHADER, `void main() {
+      gl_Position = vec4(0.0, 0.0, 0.0, 1.0);
+      gl_PointSize = 8.0;
+    }`],
+    [gl.FRAGMENT_SHADER, `precision highp float; const float vAlpha = 1.0;
+      void main() { gl_FragColor = vec4(1.0, 1.0, 1.0, 0.85 * vAlpha); }`],
+  ]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  return ['light', 'dark'].map(theme => {
+    document.documentElement.setAttribute('data-mantine-color-scheme', theme);
+    gl.useProgram(program);
+    gl.drawArrays(gl.POINTS, 0, 1);
+    const pixel = new Uint8Array(4);
+    gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA,
+      gl.UNSIGNED_BYTE, pixel);
+    return [...pixel];
+  });
+}"""
+
+
+def test_the_ground_of_texts_in_the_picture_is_translucent_and_dark_on_a_dark_page(
+    chromium: Any,
+) -> None:
+    client = Path(viser.__file__).parent / "client" / "src" / "label" / "LabelRenderer.tsx"
+    source = client.read_text(encoding="utf-8")
+    replaced = re.findall(r'(?:GROUND|INK) = "([^"]+)"', asset("labels.js"))
+    assert [source.count(colour) for colour in replaced] == [1, 1], "as the script expects it"
+    page = chromium.new_page()
+    page.set_content(behind_curtain(b"<html><body></body></html>").decode())
+    light, dark = page.evaluate(LABEL_GROUND)
+    page.close()
+    assert light[0] > 240 and dark[0] < 50
+    assert all(90 < pixel[3] < 150 for pixel in (light, dark))
 
 
 def test_an_empty_page_stays_covered_however_long_it_takes(chromium: Any) -> None:

@@ -16,7 +16,6 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.arm.slots import arm_vector
 from flexgui.page.scene_panel import has_camera
 from flexgui.scene.arm_scene import MOST_EXAGGERATION, ArmScene
-from flexgui.scene.paint import add_floor, floor_lines
 from tests.helpers import ARMS, chain, random_state, with_modes
 from tests.scene.test_view import in_sight
 
@@ -173,27 +172,6 @@ def test_exaggeration_stays_between_its_bounds(fresh: viser.ViserServer) -> None
     for wished, given in ((900.0, MOST_EXAGGERATION), (0.0, 1.0)):
         stage.exaggeration = wished
         assert stage.exaggeration == given
-
-
-@pytest.mark.parametrize("dark", [False, True])
-def test_lines_of_the_floor_end_in_the_ground(fresh: viser.ViserServer, dark: bool) -> None:
-    found = add_floor(fresh.scene, "/floor", 1.0, not dark, fine=False)
-    found.set_dark(dark)
-    assert isinstance(found.node, viser.LineSegmentsHandle)
-    colours = np.asarray(found.node.colors, dtype=int)
-    at_the_edge = floor_lines(1.0)[1] < 1e-4
-    (edge,) = np.unique(colours[at_the_edge])
-    others = colours[~at_the_edge]
-    assert np.all(others >= edge) if dark else np.all(others <= edge)
-    assert others.min() < others.max()
-
-
-def test_only_fine_light_computes_every_pixel_of_the_floor(fresh: viser.ViserServer) -> None:
-    plain, q = stage_of(fresh)
-    assert isinstance(plain.floor.node, viser.LineSegmentsHandle)
-    fresh.scene.reset()
-    fine = ArmScene(fresh, plain.body.arm, plain.body.p, q, fine=True)
-    assert isinstance(fine.floor.node, viser.GridHandle)
 
 
 FILE, SIMULATED = SimpleNamespace(simulate=None), SimpleNamespace(simulate=object())

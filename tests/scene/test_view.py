@@ -1,25 +1,11 @@
-"""Where the viewer's eye stands: the arm in sight from every side, and the floor under it."""
+"""Where the viewer's eye stands: the arm in sight from every side."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from flexgui.scene.paint import (
-    AIM,
-    DEPTH,
-    DIRECTIONS,
-    FINEST,
-    RADIUS,
-    SIDE,
-    TOP,
-    View,
-    floor_lines,
-    light_of,
-    lowered,
-    spacing,
-    view_of,
-)
+from flexgui.scene.paint import AIM, DIRECTIONS, SIDE, TOP, View, lowered, view_of
 
 ASPECTS = (0.46, 0.7, 1.3, 2.0)
 REACHES = (0.08, 0.3, 1.0, 1.08, 2.4, 40.0)
@@ -85,37 +71,3 @@ def test_neither_a_model_that_diverges_nor_the_usual_motion_moves_the_eye() -> N
     for places in (away, near):
         found = view_of(1.0, 1.0, places=places)
         assert np.array_equal(found.position, view_of(1.0, 1.0).position)
-
-
-PIECES_AT_MOST = 400
-"""Each costs some 15 us of every picture without a graphics card."""
-
-SINGLE = 1e-5
-"""Of the reach: places are single precision."""
-
-
-@pytest.mark.parametrize("reach", REACHES)
-def test_lines_stand_at_round_numbers_within_a_circle(reach: float) -> None:
-    points, strength, strong = floor_lines(reach)
-    size = spacing(reach)
-    assert len(points) <= PIECES_AT_MOST
-    assert FINEST * reach / 2.5 < size <= FINEST * reach
-    same = np.isclose(points[:, 0, :2], points[:, 1, :2], atol=SINGLE * reach)
-    assert np.all(same.sum(axis=1) == 1)
-    place = points[:, 0, :2][same] / size
-    assert np.allclose(place, np.round(place), atol=1e-4)
-    away = np.linalg.norm(points[..., :2] - np.array(AIM[:2]) * reach, axis=2)
-    assert np.allclose(points[..., 2], -DEPTH * reach)
-    assert np.all(away <= (RADIUS + SINGLE) * reach)
-    assert np.allclose(strength, 1.0 - away / (RADIUS * reach), atol=1e-4)
-    assert 0 < strong.sum() < len(strong)
-
-
-def test_points_are_seen_in_the_colour_that_was_asked_for() -> None:
-    """The filmic curve itself, as three.js computes it for grey, is the oracle."""
-    for wanted in (20, 60, 128, 200, 225):
-        v = light_of((wanted, wanted, wanted))[0] / 0.6
-        seen = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
-        srgb = 12.92 * seen if seen <= 0.0031308 else 1.055 * seen ** (1.0 / 2.4) - 0.055
-        assert np.isclose(255.0 * srgb, wanted, atol=1e-3)
-    assert np.array_equal(light_of((255, 255, 255)), np.ones(3))

@@ -50,7 +50,7 @@
     }
     // viser's pictures are decoration: the text is beside them.
     for (const image of document.querySelectorAll("img:not([alt])")) image.alt = "";
-    // The page draws without shadows there by itself: close viser's warning.
+    // The page draws without reflections there by itself: close viser's warning.
     for (const note of document.querySelectorAll(".mantine-Notification-root"))
       if (note.innerText.startsWith("Software WebGL")) note.querySelector("button")?.click();
     for (const shown of document.querySelectorAll("canvas[data-engine]")) {
