@@ -47,6 +47,19 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
     return panes(parts, axis("time [s]"), hovermode="x unified", shapes=shapes)
 
 
+def planned(experiments: Sequence[Recording], slides: Sequence[bool] = ()) -> Figure | None:
+    """References of planned experiments over time in s, a row each; None without any."""
+    parts = []
+    for place, references in enumerate(experiments, start=1):
+        names = sorted(references.channels)
+        si = _unit(names[0], slides)
+        unit = shown_unit(np.concatenate([references[name] for name in names]), si)
+        symbols = [reference_symbol(name, si) for name in names]
+        lines = [_line(references, n, 0.0, unit, s) for n, s in zip(names, symbols, strict=True)]
+        parts.append(Pane(lines, axis(f"{place}: {unit.label(', '.join(symbols))}", nticks=4)))
+    return panes(parts, axis("time [s]"), hovermode="x unified") if parts else None
+
+
 def as_in_file(
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
 ) -> Figure | None:

@@ -16,6 +16,7 @@ from flexgui.page.actions import press
 from flexgui.page.earlier_work import FIT, other_settings
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
+from flexgui.page.plot import Plot
 from flexgui.page.widgets import HtmlBlock, button, number, paragraph, stage_macros
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
@@ -26,7 +27,8 @@ from flexgui.stages.data.uploads import (
     scenario_file,
     zipped_folder,
 )
-from flexgui.stages.export.task import model_files, playback_page
+from flexgui.stages.export.task import Planned, model_files, playback_page
+from flexgui.views.preview import planned
 from flexgui.views.summary import summary
 from flexgui.views.table import html_equations
 
@@ -35,6 +37,9 @@ REPORT = "M7 3h13l6 6v20H7zM20 3v6h6M11 12h6M11 25v-5M16 25v-9M21 25v-3"
 DATA = "M3 5h26v22H3zM3 11h26M11 5v22M14 20c2-7 4-7 6 0s4 5 6 0"
 MODEL = "M11 5h11v11H11zM3 10h8M8 7l3 3-3 3M22 10h7M26 10v15H6V10"
 """Small pictures, as paths in a square of 32: a page, a table with a signal, a loop."""
+
+
+NEXT_TITLE = "Next experiment: references to play"
 
 
 class Offer(NamedTuple):
@@ -91,6 +96,7 @@ class ExportPanel(Panel):
         )  # fmt: skip
 
     def build_plots(self) -> None:
+        self._references, self._drawn = Plot(self.context, 0.6, NEXT_TITLE), Planned()
         self._about = HtmlBlock(self.gui)
 
     def refresh(self) -> None:
@@ -101,6 +107,9 @@ class ExportPanel(Panel):
             other_settings(session, FIT), WORDS.files(self._choices, outcome is not None, free)
         )
         self._next.refresh()
+        if session.export.planned is not self._drawn:
+            self._drawn = session.export.planned
+            self._references.show_whole(planned(self._drawn.references))
         found = () if outcome is None else (summary(outcome), html_equations(outcome.equations))
         self._about.show(WORDS.result(outcome, *found))
 
@@ -211,7 +220,7 @@ class NextExperiment(PageElement):
         """As the session stands."""
         able = bool(self.session.document.scenario.recordings) and not self.session.run.busy
         self.enable(able, self._button)
-        self._words.show(*map(paragraph, self.session.export.planned))
+        self._words.show(*map(paragraph, self.session.export.planned.words))
 
     def _wait(self, seconds: float) -> None:
         self._seconds = float(seconds)
