@@ -57,7 +57,12 @@ def planned(experiments: Sequence[Recording], slides: Sequence[bool] = ()) -> Fi
         symbols = [reference_symbol(name, si) for name in names]
         lines = [_line(references, n, 0.0, unit, s) for n, s in zip(names, symbols, strict=True)]
         parts.append(Pane(lines, axis(f"{place}: {unit.label(', '.join(symbols))}", nticks=4)))
-    return panes(parts, axis("time [s]"), hovermode="x unified") if parts else None
+    height = AROUND + PER_EXPERIMENT * len(parts)
+    return panes(parts, axis("time [s]"), "", height, hovermode="x unified") if parts else None
+
+
+AROUND, PER_EXPERIMENT = 90, 110
+"""px of the figure of planned references: its legend and axis, and each row."""
 
 
 def as_in_file(
