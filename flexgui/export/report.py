@@ -28,6 +28,7 @@ from flexgui.views.headline import (
     comparisons_as_given,
     final_comparisons,
     has_added_effects,
+    kept_effects,
     of_same_recording,
 )
 from flexgui.views.identifiability import correlation, valley
@@ -35,7 +36,13 @@ from flexgui.views.layout import MOST_POINTS, Figure, with_height
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
-from flexgui.views.parameter_tables import between_runs, final_parameters, first_parameters
+from flexgui.views.parameter_tables import (
+    between_runs,
+    changes,
+    final_parameters,
+    first_parameters,
+    parameter_changes,
+)
 from flexgui.views.summary import alarms, lead_sentences, which_fit_in_report
 from flexgui.views.table import PAPER, Column, Row, Table, affine, mathml_lines, matrices
 
@@ -77,9 +84,10 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "which_fit": which_fit_in_report(outcome),
         "diagnosis": diagnosed,
         "parameters": final_parameters(outcome) if outcome.fits else None,
-        "parameters_as_given": first_parameters(outcome),
+        "changes": _changes(outcome),
+        # Once effects are added, the model as given is that of the diagnosis fit alone.
+        "parameters_as_given": None if has_added_effects(outcome) else first_parameters(outcome),
         "between_runs": between_runs(outcome.repeated),
-        "given_open": has_added_effects(outcome),
         # Of a way on the page the last fit is of the grown model.
         "first_fit": FIRST_FIT if has_added_effects(outcome) and not outcome.as_given else "",
         "sentences": sentences_of_fits(outcome.fits),
@@ -99,6 +107,13 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "arm": _arm(outcome),
         "notes": (*notes(outcome), *_messages(outcome)),
     }
+
+
+def _changes(outcome: Outcome) -> Table | None:
+    found = outcome.diagnosis
+    if found is None or not found.added:
+        return None
+    return parameter_changes(changes(found.steps, found.parameters), kept_effects(found))
 
 
 FIRST_FIT = "First fit: identification of the model as given."

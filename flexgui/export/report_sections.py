@@ -23,7 +23,7 @@ from flexgui.sentences.written import format_number
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_dots
 from flexgui.views.headline import current_verdict, final_comparisons
-from flexgui.views.ladder import ladder, ladder_table, sizes_table
+from flexgui.views.ladder import ladder, ladder_table
 from flexgui.views.layout import Figure
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.errors import patterns
@@ -43,7 +43,6 @@ def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
         "words": all_paragraphs(diagnosis),
         "formulas": _formulas(diagnosis),
         "ladder_table": ladder_table(diagnosis),
-        "sizes": sizes_table(diagnosis),
         "rounds": [_round(k, searched) for k, searched in enumerate(diagnosis.rounds, start=1)],
         "proposal": _proposal(diagnosis.proposal),
         "by_frequency": error_map(maps.by_frequency),

@@ -25,6 +25,7 @@ from flexgui.views.headline import (
     first_is_biased,
     of_same_recording,
 )
+from flexgui.views.parameter_tables import changes
 
 LONGEST_FILE_NAME = 80
 
@@ -113,6 +114,16 @@ def repeatability_rows(outcome: Outcome) -> Rows:
         }
 
 
+def change_rows(outcome: Outcome) -> Rows:
+    """A row per parameter, of the model as given and of the last one."""
+    diagnosis = outcome.diagnosis
+    for each in changes(diagnosis.steps, diagnosis.parameters) if diagnosis else ():
+        row: dict[str, Any] = {"parameter": each.of.name, "unit": each.of.unit}
+        for which, e in (("as_given", each.before), ("now", each.after)):
+            row |= {} if e is None else {which: e.value, f"std_{which}": e.std}
+        yield row | {"change_in_std": each.in_std}
+
+
 def ladder_rows(outcome: Outcome) -> Rows:
     """A row per step and output, in SI units."""
     for k, step in enumerate(outcome.diagnosis.steps if outcome.diagnosis else ()):
@@ -172,6 +183,7 @@ TABLES: Mapping[str, tuple[str, Callable[[Outcome], Rows]]] = {
         repeatability_rows,
     ),
     "ladder": ("step added channel unit rms floor floor_source validation_rms", ladder_rows),
+    "changes": ("parameter unit as_given std_as_given now std_now change_in_std", change_rows),
     "ranking": (
         "round effect score p_value expected_drop_percent refit_drop_percent delta_bic "
         "confused_with accepted",
@@ -181,7 +193,7 @@ TABLES: Mapping[str, tuple[str, Callable[[Outcome], Rows]]] = {
 }
 """Name -> its columns, which stand between blanks, and its rows."""
 
-OF_A_DIAGNOSIS = ("ladder", "ranking", "error_map")
+OF_A_DIAGNOSIS = ("ladder", "changes", "ranking", "error_map")
 
 
 def table(outcome: Outcome, name: str) -> pd.DataFrame:

@@ -94,7 +94,8 @@ class Diagnosis(RunResult):
         """Tabulate the diagnosis.
 
         Args:
-            table: 'ranking', 'ladder', 'error_map' or 'parameters'.
+            table: 'ranking', 'ladder', 'changes' (each parameter before and after what was added),
+                'error_map' or 'parameters'.
 
         Raises:
             InputError: Where there is no such table.

@@ -253,7 +253,17 @@ are fitted to different outputs, which changes the tip error by a few per cent."
 
 
 def criteria_text(criteria: InformationCriteria | None) -> str:
-    """'AIC -18804, BIC -18793, FPE 0.004'; empty without any."""
+    """'AIC −18804, BIC −18793, FPE 0.004'; empty without any."""
     if criteria is None:
         return ""
-    return f"AIC {criteria.aic:.0f}, BIC {criteria.bic:.0f}, FPE {format_number(criteria.fpe, 3)}"
+    aic, bic = (_criterion(value) for value in (criteria.aic, criteria.bic))
+    return f"AIC {aic}, BIC {bic}, FPE {format_number(criteria.fpe, 3)}"
+
+
+def _criterion(value: float) -> str:
+    """To the unit, as differences of ten count; a huge one, far from any noise, to three digits."""
+    return format_number(round(value), WHOLE if abs(value) < 10.0**WHOLE else 3)
+
+
+WHOLE = 6
+"""Digits of a criterion that are read."""

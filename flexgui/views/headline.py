@@ -28,7 +28,6 @@ from flexgui.sentences.verdict import is_explained, verdict_paragraphs
 from flexgui.views.names import is_of_a_start
 from flexgui.views.pooled import derived_names, overall_estimates
 
-AS_GIVEN = "As given"
 BIASED = "as given; biased, because an effect was missing"
 COMPLETE = "±\N{NO-BREAK SPACE}values hold only if the model is complete."
 STILL_MISSING = "An effect is still missing, so these values are biased too."

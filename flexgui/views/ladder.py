@@ -10,11 +10,9 @@ import numpy as np
 
 from flexgui.core.results import Diagnosis, LadderStep
 from flexgui.sentences.figures import FLOOR_IS, validation_rms
-from flexgui.sentences.written import channel_symbol, estimate_text, format_number, quantity
+from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.views import colours
-from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import Figure, axis, figure, named_axis
-from flexgui.views.names import plain_symbol
 from flexgui.views.table import Row, Table, numbers, texts
 
 GIVEN = "as given"
@@ -187,16 +185,3 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
         if step.tip_rms is not None:
             rows.append(Row(("", "tip", quantity(step.tip_rms, "m"), "", "", "", ""), strong=True))
     return Table(columns, tuple(rows), "Tip: rms distance between measured and modelled tip.")
-
-
-def sizes_table(diagnosis: Diagnosis) -> Table | None:
-    """All parameters after each step; None if no step has any."""
-    estimates = {e.name: e for step in diagnosis.steps for e in step.parameters}
-    if not estimates:
-        return None
-    columns = texts("Model", *(plain_symbol(e.symbol, name) for name, e in estimates.items()))
-    rows = []
-    for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
-        mine = {e.name: estimate_text(e) for e in step.parameters}
-        rows.append(Row((label, *(mine.get(name, "") for name in estimates))))
-    return Table(columns, tuple(rows), COMPLETE)

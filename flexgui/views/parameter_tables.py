@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +18,15 @@ from flexgui.core.montecarlo.paper_values import (
     Numbers,
     stiffness,
 )
-from flexgui.core.results import Estimate, Fit, Outcome, Repeated
-from flexgui.sentences.written import ShownUnit, estimate_text, format_number, shown_unit, with_unit
+from flexgui.core.results import Estimate, Fit, LadderStep, Outcome, Repeated
+from flexgui.sentences.written import (
+    ShownUnit,
+    estimate_text,
+    format_number,
+    format_value,
+    shown_unit,
+    with_unit,
+)
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -97,6 +105,74 @@ def final_parameters(outcome: Outcome) -> Table:
     )
     heads = texts("Belongs to", *(("Recording",) if own else ()))
     return Table((*heads, *PARAMETER_COLUMNS), tuple(rows), caption)
+
+
+class Change(NamedTuple):
+    """A parameter of the model as given and of the last one, each by the diagnosis fit."""
+
+    before: Estimate | None
+    """None of an effect that was added."""
+    after: Estimate | None
+    """None of what is no longer in the model."""
+
+    @property
+    def of(self) -> Estimate:
+        """One that says name, symbol and unit."""
+        either = self.after or self.before
+        assert either is not None
+        return either
+
+    @property
+    def in_std(self) -> float:
+        """The change in standard deviations of the value as given; NaN where one is not known."""
+        before, after = self.before, self.after
+        if before is None or after is None or before.undetermined or not before.std > 0.0:
+            return float("nan")
+        return (after.value - before.value) / before.std
+
+
+def changes(steps: Sequence[LadderStep], last: Sequence[Estimate] = ()) -> tuple[Change, ...]:
+    """Parameters before and after all steps but the first, those of the model as given first;
+    `last`: of the last model, where its step is not the whole of it. Empty for a single step."""
+    if len(steps) < 2:
+        return ()
+    before, after = (
+        {e.name: e for e in estimates if not e.recording}
+        for estimates in (steps[0].parameters, last or steps[-1].parameters)
+    )
+    return tuple(Change(before.get(name), after.get(name)) for name in {**before, **after})
+
+
+CHANGED = f"{COMPLETE} Change: in standard deviations (std) of the value as given."
+
+
+def parameter_changes(found: Sequence[Change], effects: str) -> Table | None:
+    """A row per parameter, before and after `effects` were added; None where nothing changed."""
+    heads = (*texts("Parameter", "Unit"), *numbers("As given", f"With {effects}", "Change [std]"))
+    rows = tuple(_changed_row(change) for change in found)
+    return Table(heads, rows, CHANGED) if rows else None
+
+
+def _changed_row(change: Change) -> Row:
+    each = (change.before, change.after)
+    unit = shown_unit(np.array([e.value for e in each if e is not None]), change.of.unit)
+    moved = format_number(change.in_std, 2, keep_zeros=True)
+    shown = f"+{moved}" if change.in_std > 0.0 else moved
+    return Row(
+        (
+            typeset(change.of.symbol, change.of.name), unit.name or "–",
+            *(_without_unit(e, unit) for e in each),
+            "new" if change.before is None else shown if np.isfinite(change.in_std) else "–",
+        )
+    )  # fmt: skip
+
+
+def _without_unit(estimate: Estimate | None, unit: ShownUnit) -> str:
+    if estimate is None:
+        return "–"
+    if estimate.undetermined:
+        return "not determined"
+    return format_value(estimate.value * unit.factor, estimate.std * unit.factor)
 
 
 def first_parameters(outcome: Outcome) -> Table | None:

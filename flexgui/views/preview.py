@@ -74,6 +74,24 @@ def _group(channel: str) -> str:
     return COMMANDED if kind.reference else GROUPS.get(kind.role, kind.title)
 
 
+def planned(experiments: Sequence[Recording], slides: Sequence[bool] = ()) -> Figure | None:
+    """References of planned experiments over time in s, a row each; None without any."""
+    parts = []
+    for place, references in enumerate(experiments, start=1):
+        names = sorted(references.channels)
+        si = _unit(names[0], slides)
+        unit = shown_unit(np.concatenate([references[name] for name in names]), si)
+        symbols = [reference_symbol(name, si) for name in names]
+        lines = [_line(references, n, 0.0, unit, s) for n, s in zip(names, symbols, strict=True)]
+        parts.append(Pane(lines, axis(f"{place}: {unit.label(', '.join(symbols))}", nticks=4)))
+    height = AROUND + PER_EXPERIMENT * len(parts)
+    return panes(parts, axis("time [s]"), "", height, hovermode="x unified") if parts else None
+
+
+AROUND, PER_EXPERIMENT = 90, 110
+"""px of the figure of planned references: its legend and axis, and each row."""
+
+
 def as_in_file(
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
 ) -> Figure | None:

@@ -25,7 +25,6 @@ from flexgui.views.headline import (
     final_comparisons,
     final_derived_names,
     final_estimates,
-    first_estimates,
     first_is_biased,
     has_added_effects,
     kept_effects,
@@ -157,11 +156,12 @@ def _estimates(outcome: Outcome) -> str:
 
 
 def _first_fit(outcome: Outcome) -> Markup | str:
-    """Estimates of the first fit, for comparison; empty where they are not biased."""
-    estimates = [e for e in first_estimates(outcome) if e.recording is None and e.identifiable]
-    if outcome.diagnosis is None or not (first_is_biased(outcome) and estimates):
+    """Estimates of the model as given, by the same fit; empty where nothing was added to it."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None or not (has_added_effects(outcome) and first_is_biased(outcome)):
         return ""
-    return Markup("The first fit gave {} ({}).").format(_listed(estimates), BIASED)
+    estimates = [e for e in diagnosis.steps[0].parameters if not e.recording and e.identifiable]
+    return Markup("Before: {} ({}).").format(_listed(estimates), BIASED) if estimates else ""
 
 
 def _listed(estimates: Sequence[Estimate]) -> Markup:

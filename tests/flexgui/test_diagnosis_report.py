@@ -33,6 +33,11 @@ PRINTED = """() => ({
     return p.getBoundingClientRect().width / place.clientWidth; }).filter(share => share < 0.95),
   over: [...document.querySelectorAll("table, .plot, math, p")]
     .filter(one => one.getBoundingClientRect().right > innerWidth + 1).length,
+  overprinted: [...document.querySelectorAll(".plot .yaxislayer-above")].filter(axis => {
+    const rows = [...axis.querySelectorAll("text")].map(t => t.getBoundingClientRect());
+    rows.sort((a, b) => a.top - b.top);
+    return rows.some((row, k) => k && row.top + 0.25 * row.height < rows[k - 1].bottom
+      && row.left < rows[k - 1].right) && axis.closest("#fit"); }).length,
 })"""
 
 
@@ -46,7 +51,13 @@ def test_on_a4_it_takes_ten_pages_unfolded_and_as_wide_as_the_paper(
     assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(prefer_css_page_size=True))) <= MOST_PAGES
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert page.evaluate(PRINTED) == {"folded": 0, "undrawn": 0, "narrow": [], "over": 0}
+    assert page.evaluate(PRINTED) == {
+        "folded": 0,
+        "undrawn": 0,
+        "narrow": [],
+        "over": 0,
+        "overprinted": 0,
+    }
     page.emulate_media(media="screen")
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     assert page.locator("details:not([open])").count() > 0, "what was folded is folded again"

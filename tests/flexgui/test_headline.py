@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isnan
 
 import pytest
 
@@ -11,7 +12,13 @@ from flexgui.export.report import FIRST_FIT, report_html
 from flexgui.export.result import result
 from flexgui.stages.identify.panel import parameters_html, repeated_html
 from flexgui.views.headline import STILL_MISSING, final_comparisons
-from flexgui.views.parameter_tables import final_parameters
+from flexgui.views.parameter_tables import (
+    Change,
+    changes,
+    final_parameters,
+    first_parameters,
+    parameter_changes,
+)
 from tests.approved import approved
 from tests.export.helpers import readable
 from tests.flexgui.findings import FOUND, better
@@ -75,4 +82,30 @@ def test_only_figures_of_the_first_fit_are_called_that(diagnosed: Outcome) -> No
     given = (Estimate("EI1", 444.5, 3.3, "N m²", True, "EI_1"),)
     told = [report_html(each, "") for each in (diagnosed, replace(diagnosed, as_given=given))]
     assert [FIRST_FIT in text for text in told] == [True, False]
-    assert ["444" in readable(text) for text in told] == [False, True]
+
+
+def test_a_report_has_one_figure_of_each_parameter_as_given_that_of_the_diagnosis_fit(
+    diagnosed: Outcome,
+) -> None:
+    identified = first_parameters(diagnosed)
+    assert identified is not None and "520.83 ± 0.02" in str(identified.rows)
+    told = readable(report_html(diagnosed, ""))
+    assert "EI₁ | N m² | 369.5 ± 0.2 | 520.1 ± 0.2 | +753" in told
+    assert "520.83" not in told
+
+
+def test_a_change_is_in_deviations_of_the_value_as_given_where_both_are_known() -> None:
+    given = Estimate("EI1", 530.0, 3.0, "N m²", True, "EI_{1}")
+    own = Estimate("start_theta1", 0.1, 0.01, "rad", True, recording="th1")
+    now = (replace(given, value=521.0), Estimate("fc1", 1.2, 0.1, "N m", True, "f_{c1}"))
+    steps = (replace(FOUND.steps[0], parameters=(given, own)), FOUND.steps[1])
+    moved, added = changes(steps, now)
+    assert moved.in_std == -3.0
+    assert added.before is None and isnan(added.in_std)
+    assert isnan(Change(replace(given, std=float("nan")), now[0]).in_std)
+    assert changes(steps[:1], now) == () and parameter_changes((), "nothing") is None
+    table = parameter_changes((moved, added, Change(given, None)), "Coulomb friction")
+    assert table is not None
+    assert [row.cells[2:] for row in table.rows] == [
+        ("530 ± 3", "521 ± 3", "−3.0"), ("–", "1.20 ± 0.10", "new"), ("530 ± 3", "–", "–"),
+    ]  # fmt: skip

@@ -18,6 +18,7 @@ from flexgui.core.noise.whitening import error_products
 from flexgui.core.results import Diagnosis, ErrorProducts, InformationCriteria, Outcome
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.workbench import run_scenario
+from flexgui.sentences.figures import criteria_text
 from flexgui.views.headline import criteria
 from tests.diagnose.fits import begun
 from tests.diagnose.test_run import text
@@ -218,3 +219,11 @@ def test_the_whitened_cost_of_a_refit_says_the_same() -> None:
     a, b = (with_whitened_cost(r, noise.whitener).whitened_cost for r in (refit, other))
     left = (noise.left(data, r) for r in (refit, other))
     assert fall_of_bic(*left, noise.products) == pytest.approx(a - b, rel=SAME_EVIDENCE)
+
+
+def test_criteria_are_written_to_the_unit_and_huge_ones_to_three_digits() -> None:
+    ordinary = InformationCriteria(-18804.26, -18793.4, 0.004, 4000, 4)
+    assert criteria_text(ordinary) == "AIC −18804, BIC −18793, FPE 0.004"
+    told = criteria_text(replace(ordinary, aic=4852492322.0, bic=4852492388.0))
+    assert told == "AIC 4.85 × 10⁹, BIC 4.85 × 10⁹, FPE 0.004"
+    assert criteria_text(None) == ""

@@ -87,6 +87,7 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.05 * first.cost_per_sample
     sees(page, "In the model: Coulomb friction.")
+    sees(page, "With Coulomb friction")  # beside the model as given
     press(page, "Undo the last step")
     sees(page, "Something is missing.")
     until(lambda: len(bars(page)) == 1 and not present(session.document.scenario))

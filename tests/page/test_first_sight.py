@@ -19,6 +19,8 @@ from tests.page.helpers import press, ready, sees, still, visit
 from tests.session.helpers import until
 
 SCHEME = "document.documentElement.dataset.mantineColorScheme === '{}'"
+BORDER = 2.0
+"""px of a frame, at most."""
 
 
 def test_the_tour_and_the_own_recordings_stand_side_by_side(page: Any) -> None:
@@ -29,6 +31,16 @@ def test_the_tour_and_the_own_recordings_stand_side_by_side(page: Any) -> None:
     ]
     assert boxes[0]["y"] == boxes[1]["y"]
     assert boxes[0]["x"] + boxes[0]["width"] < boxes[1]["x"]
+
+
+@pytest.mark.long
+def test_a_closed_folder_is_a_row_and_a_single_tab_needs_no_bar(page: Any) -> None:
+    title = page.get_by_role("button", name="More about the arm")
+    row, frame = title.bounding_box(), title.locator("..").bounding_box()
+    assert frame["height"] <= row["height"] + 2.0 * BORDER
+    title.click()
+    until(lambda: title.locator("..").bounding_box()["height"] > 2.0 * row["height"])
+    assert page.get_by_role("tab").count() == 0
 
 
 @pytest.mark.long

@@ -222,5 +222,6 @@ def test_the_next_experiment_is_planned_and_taken_away(
         press(page, "Plan and download (zip)")
     download.value.save_as(tmp_path / "next.zip")
     sees(page, "Expected standard deviations, before and after")
+    sees(page, "Next experiment: references to play")
     with zipfile.ZipFile(tmp_path / "next.zip") as files:
         assert {"play1.csv", "expected1.csv", "plan.txt", "planned.toml"} <= set(files.namelist())

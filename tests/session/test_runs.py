@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from flexgui.core.results import Generation
@@ -22,6 +23,7 @@ from flexgui.stages.export.panel import ExportPanel
 from flexgui.stages.identify.panel import WORDS
 from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import live_descent
+from flexgui.views.preview import planned
 from flexgui.views.profile import interval_sentence
 from tests.session.conftest import SOON
 from tests.session.helpers import LONG, bring, exported, good_csv, shortened, small, until
@@ -234,7 +236,13 @@ def test_the_files_to_play_and_the_words_are_handed_on(brief: Session) -> None:
     (folder,) = folders
     names = {path.name for path in folder.iterdir()}
     assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "planned.toml"} <= names
-    assert brief.export.planned[0].startswith("Record ")
+    made = brief.export.planned
+    assert made.words[0].startswith("Record ")
+    figure = planned(made.references)
+    assert figure is not None and planned(()) is None
+    drawn = [tuple(trace["y"]) for trace in figure["data"]]
+    play = pd.read_csv(folder / "play1.csv")
+    assert max(abs(play["dtheta1_ref [rad/s]"])) == pytest.approx(max(map(abs, drawn[0])), rel=0.01)
     assert "limits" not in brief.document.scenario.model_dump(exclude_unset=True), (
         "it is left as it is"
     )

@@ -38,6 +38,8 @@ from flexgui.stages.diagnose.model_versions import (
     restated,
 )
 from flexgui.stages.diagnose.panel_candidates import WORDS, may_explain
+from flexgui.stages.export.panel import WORDS as EXPORT_WORDS
+from flexgui.stages.export.panel import Choice, Offer
 from flexgui.views.convergence import (
     LIVE_POINTS,
     Searched,
@@ -73,6 +75,15 @@ def test_the_list_says_what_was_refitted_and_folds_what_explains_next_to_nothing
     listed = shown(nearly, half, estimated, rest=(little, less))
     none = shown(rest=(little,), over=True)
     approved("candidates.html", f"{listed}\n{none}".replace("><", ">\n<"))
+
+
+def test_exports_are_three_choices_of_which_the_report_invites() -> None:
+    offers = (Offer("Report", "One page.", print), Offer("Scenario", "To run.", print, False))
+    choices = (Choice("First", "", "M0 0h1", offers), Choice("Second", "", "M0 0h1", offers))
+    before, after = (str(EXPORT_WORDS.files(choices, known, True)) for known in (False, True))
+    assert before.count(" disabled") == 2 and " disabled" not in after
+    assert after.count("<svg") == 2 and after.count("class='main'") == 1
+    assert "class='main'" not in before and before.count("<button") == 4
 
 
 def listed(kind: str, refitted: float | None) -> RankedEffect:

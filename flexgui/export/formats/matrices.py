@@ -26,6 +26,7 @@ class MatFile(ModelFormat):
 
     kind = "matlab"
     label = "Model for MATLAB (.mat)"
+    hint = "Linear matrices over the posture."
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:
         content = mat_content(outcome.model)
@@ -40,6 +41,7 @@ class JsonFile(ModelFormat):
 
     kind = "json"
     label = "Model (.json)"
+    hint = "Linear matrices, for any language."
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:
         model = outcome.model

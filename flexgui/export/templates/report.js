@@ -2,8 +2,8 @@
 // Plots are drawn when they come into view, so that a report with many recordings opens at once.
 const config = { responsive: true, displaylogo: false, displayModeBar: false };
 const touch = matchMedia("(pointer: coarse)").matches;
-const PAPER = { width: 702, gap: 12, height: 350, flatter: 0.7 }; // px of the text on A4, and of a figure at most
-const PRINTED = 0.95; // of the screen's size of text, in tables and equations
+const PAPER = { width: 702, gap: 12, height: 350, page: 900, flatter: 0.7 }; // px of the text on A4, and of a figure at most
+const PRINTED = 0.66, PRINTED_SMALL = 0.59; // of the screen's size of text: in tables, and in matrices and equations
 const LEAST_ZOOM = 0.4;
 const drawn = new WeakSet();
 
@@ -15,11 +15,11 @@ function draw(box) {
 function show(box, fit = fitScreen) {
   drawn.add(box);
   const figure = structuredClone(figures[box.dataset.figure]);
-  fit(figure.layout, box);
+  fit(figure, box);
   Plotly.react(box, figure.data, figure.layout, config);
 }
 
-function fitScreen(layout, box) {
+function fitScreen({ layout }, box) {
   Object.assign(box.style, { width: "", height: `${layout.height}px` });
   // On a touch screen a finger on a plot should scroll the page.
   if (touch) layout.dragmode = false;
@@ -30,12 +30,14 @@ function fitScreen(layout, box) {
 }
 
 // Side by side where figures belong together, with the names of axes in two lines in low rows.
-function fitPaper(layout, box) {
+function fitPaper({ data, layout }, box) {
   const pair = box.closest(".figures")?.childElementCount > 1;
   const shrunk = pair ? 0.5 : 0.6;
   layout.width = (pair ? (PAPER.width - PAPER.gap) / 2 : PAPER.width) / shrunk;
-  const flatter = box.closest("#glance") ? 1 : PAPER.flatter;
-  layout.height = Math.min(flatter * layout.height, PAPER.height / shrunk);
+  // Rows with names and numbers need their height.
+  const named = data[0].type !== "heatmap" && Object.entries(layout).some(([key, axis]) => key.startsWith("yaxis") && axis.ticktext);
+  if (!named) layout.height = Math.min(PAPER.flatter * layout.height, PAPER.height / shrunk);
+  layout.height = Math.min(layout.height, PAPER.page / shrunk);
   Object.assign(box.style, { width: `${layout.width}px`, height: `${layout.height}px` });
   box.style.setProperty("--shrunk", shrunk);
   layout.margin.l = Math.max(layout.margin.l, 84);
@@ -47,8 +49,9 @@ function fitPaper(layout, box) {
 
 // A table or equation wider than the paper is drawn smaller; a browser would shrink the whole page.
 function fitText(wide) {
-  const smaller = PRINTED * wide.scrollWidth;
-  wide.style.zoom = smaller > PAPER.width ? Math.max(PAPER.width / smaller, LEAST_ZOOM) : "";
+  const smaller = (wide.matches(".matrix, math") ? PRINTED_SMALL : PRINTED) * wide.scrollWidth;
+  const there = wide.closest(".halves, .equations") ? (PAPER.width - PAPER.gap) / 2 : PAPER.width;
+  wide.style.zoom = smaller > there ? Math.max(there / smaller, LEAST_ZOOM) : "";
 }
 
 // Figures and plotly.js travel packed; they are unpacked here, and nothing is loaded from anywhere.

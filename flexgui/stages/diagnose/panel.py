@@ -7,7 +7,8 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.effects import catalogue
-from flexgui.core.results import MISSING, NOTHING, RankedEffect
+from flexgui.core.results import NOTHING, RankedEffect
+from flexgui.core.sentences import listed
 from flexgui.jobs.job import RUNNING
 from flexgui.page.actions import press
 from flexgui.page.earlier_work import DIAGNOSIS, other_settings
@@ -41,9 +42,10 @@ from flexgui.stages.diagnose.plots import (
     demonstration_summary,
     live_prediction,
 )
-from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
 from flexgui.views.missing_torque import missing_cloud
+from flexgui.views.parameter_tables import changes, parameter_changes
+from flexgui.views.table import html_table
 
 BEST = "first in the list"
 FIND, ADD, ADD_LAW, UNDO, GO_ON = "find", "add", "add law", "undo", "go on"
@@ -169,28 +171,24 @@ class DiagnosePanel(Panel):
         return press("Next: export", "stage", "Export", kind)
 
     def _model_words(self, free: bool, way_on: str) -> Markup:
-        """Effects of the model with their sizes, by the diagnosis fit and the first fit."""
+        """Effects of the model with its parameters, beside those of the model as given."""
         diagnosis = self.session.diagnosis
-        versions, first_fit = diagnosis.shown_versions, diagnosis.first_fit
+        versions = diagnosis.shown_versions
         titles = [title for _, title in present(self.session.document.scenario)]
         undo = len(diagnosis.versions) > 1 and way_on != UNDO  # then the card above has it
         steps = [version.found.step for version in versions if version.found is not None]
         pending = diagnosis.pending
         waits = pending is not None and bool(pending.title) and not pending.comparisons
         if not steps or waits:
-            return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
+            return Markup(WORDS.model(titles, (), 0.0, "", "", undo, free))
         last, own = versions[-1], cached_model(versions[-1].scenario).effect_parameters
         estimates = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
         standing = sorted(estimates, key=lambda e: e.name not in own)
-        first = [e for e in first_fit if e.name not in own and not e.recording]
-        began = versions[0].diagnosis
-        biased = began is not None and began.verdict == MISSING
-        heading = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
+        table = parameter_changes(changes(steps, estimates), listed(titles) or last.title)
         typed = len(versions) > 1 and last.added in diagnosis.formulas  # no proposed law
         place = own_place(versions[-2], last) if typed else ""
-        before = first if len(steps) > 1 else []
-        words = WORDS.model(titles, standing, last.error, before, heading, place, undo, free)
-        return Markup(words)
+        changed = "" if table is None else html_table(table)
+        return Markup(WORDS.model(titles, standing, last.error, changed, place, undo, free))
 
     def _sentence(self, version: ModelVersion | None) -> str:
         if version is None:

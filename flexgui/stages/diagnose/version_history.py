@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, ProposedLaw
+from flexgui.core.results import MISSING, LinearModel, Outcome, ProposedLaw
 from flexgui.stages.diagnose.model_versions import (
     ModelVersion,
-    first_estimates,
     linear_model_of,
     proposed_laws,
     versions_before,
@@ -67,11 +66,6 @@ class VersionHistory:
         if outcome is None or last is None or last.scenario != of or outcome.diagnosis is not None:
             return outcome  # that of a run that was opened is whole
         return with_versions(outcome, self._session.comparison.shown, self.versions)
-
-    @property
-    def first_fit(self) -> tuple[Estimate, ...]:
-        """Estimates of the way's first model, which the last result may no longer be about."""
-        return first_estimates(self.shown_versions)
 
     @property
     def linear_model(self) -> LinearModel | None:

@@ -16,6 +16,7 @@ from flexgui.page.actions import press
 from flexgui.page.earlier_work import FIT, other_settings
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
+from flexgui.page.plot import Plot
 from flexgui.page.widgets import HtmlBlock, button, number, paragraph, stage_macros
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
@@ -26,15 +27,19 @@ from flexgui.stages.data.uploads import (
     scenario_file,
     zipped_folder,
 )
-from flexgui.stages.export.task import model_files, playback_page
+from flexgui.stages.export.task import Planned, model_files, playback_page
+from flexgui.views.preview import planned
 from flexgui.views.summary import summary
 from flexgui.views.table import html_equations
 
 WORDS = stage_macros("export", press=press)
-EVERYTHING = (
-    "Report, tables, model and your recordings; simulated ones are in the tables only. The report "
-    "includes the 3-D playback if that is below 4 MB."
-)
+REPORT = "M7 3h13l6 6v20H7zM20 3v6h6M11 12h6M11 25v-5M16 25v-9M21 25v-3"
+DATA = "M3 5h26v22H3zM3 11h26M11 5v22M14 20c2-7 4-7 6 0s4 5 6 0"
+MODEL = "M11 5h11v11H11zM3 10h8M8 7l3 3-3 3M22 10h7M26 10v15H6V10"
+"""Small pictures, as paths in a square of 32: a page, a table with a signal, a loop."""
+
+
+NEXT_TITLE = "Next experiment: references to play"
 
 
 class Offer(NamedTuple):
@@ -46,6 +51,15 @@ class Offer(NamedTuple):
     needs_result: bool = True
 
 
+class Choice(NamedTuple):
+    """What somebody wants to take away, and the files that hold it."""
+
+    title: str
+    about: str
+    picture: str
+    offers: tuple[Offer, ...]
+
+
 class ExportPanel(Panel):
     """What can be downloaded, in groups, on the right; what is in the files on the left."""
 
@@ -54,32 +68,35 @@ class ExportPanel(Panel):
 
     def build_controls(self) -> None:
         self._busy = JobStatus(self.context, "report", "plan")
-        self._groups = {
-            "Report": (
-                Offer("Report (HTML)", "One page, opens offline.",
-                      partial(self.send_export, "report.html")),
-                Offer("3-D playback (HTML)", "The recording at the cursor.", self._save_playback),
-                Offer("Everything (zip)", EVERYTHING, partial(self.send_export, "")),
-            ),
-            "Scenario": (
-                Offer("Scenario file", "Runs with “flexgui export”.", self._save_scenario, False),
-                Offer("Scenario with what was found", "Reproduces this result.",
-                      self._save_found),
-            ),
-            "Data": (
-                Offer("All tables (zip)", "Every sample as CSV.",
-                      partial(self.send_export, "tables")),
-            ),
-            "Model": tuple(
-                Offer(f.label, f.hint, partial(self._save_model, f)) for f in model_formats()
-            ),
-        }  # fmt: skip
-        offers = {o.label: o.make for group in self._groups.values() for o in group}
+        self._choices = self._made()
+        offers = {o.label: o.make for choice in self._choices for o in choice.offers}
         self.context.actions.register("export", lambda label: offers.get(label, lambda: None)())
         self._files = HtmlBlock(self.gui)
         self._next = NextExperiment(self.context)
 
+    def _made(self) -> tuple[Choice, ...]:
+        models = (Offer(f.label, f.hint, partial(self._save_model, f)) for f in model_formats())
+        return (
+            Choice("Report", "To read, print and pass on.", REPORT, (
+                Offer("Report (HTML)", "One page with all figures; opens offline.",
+                      partial(self.send_export, "report.html")),
+                Offer("3-D playback (HTML)", "The recording at the cursor.", self._save_playback),
+                Offer("Everything (zip)", "Report, tables, model and your recordings.",
+                      partial(self.send_export, "")),
+            )),
+            Choice("Data and scenario", "To repeat this work or go on from it.", DATA, (
+                Offer("Scenario file", "Runs with “flexgui export”.", self._save_scenario, False),
+                Offer("Scenario with what was found", "Reproduces this result.",
+                      self._save_found),
+                Offer("All tables (zip)", "Every sample as CSV.",
+                      partial(self.send_export, "tables")),
+            )),
+            Choice("Model for other tools", "At the estimate, one file each.", MODEL,
+                   tuple(models)),
+        )  # fmt: skip
+
     def build_plots(self) -> None:
+        self._references, self._drawn = Plot(self.context, 0.6, NEXT_TITLE), Planned()
         self._about = HtmlBlock(self.gui)
 
     def refresh(self) -> None:
@@ -87,9 +104,12 @@ class ExportPanel(Panel):
         free = not session.run.busy
         self._busy.refresh("")
         self._files.show(
-            other_settings(session, FIT), WORDS.files(self._groups, outcome is not None, free)
+            other_settings(session, FIT), WORDS.files(self._choices, outcome is not None, free)
         )
         self._next.refresh()
+        if session.export.planned is not self._drawn:
+            self._drawn = session.export.planned
+            self._references.show_whole(planned(self._drawn.references))
         found = () if outcome is None else (summary(outcome), html_equations(outcome.equations))
         self._about.show(WORDS.result(outcome, *found))
 
@@ -200,7 +220,7 @@ class NextExperiment(PageElement):
         """As the session stands."""
         able = bool(self.session.document.scenario.recordings) and not self.session.run.busy
         self.enable(able, self._button)
-        self._words.show(*map(paragraph, self.session.export.planned))
+        self._words.show(*map(paragraph, self.session.export.planned.words))
 
     def _wait(self, seconds: float) -> None:
         self._seconds = float(seconds)

@@ -10,7 +10,7 @@ from flexgui.core.errors import InputError
 from flexgui.jobs import Task
 from flexgui.session.scenario_edits import ScenarioDict, apply_edits, set_value
 from flexgui.session.state import Topic
-from flexgui.stages.export.task import export, plan_next
+from flexgui.stages.export.task import Planned, export, plan_next
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -25,8 +25,7 @@ class Export:
 
     def reset(self) -> None:
         """Another scenario follows."""
-        self.planned: tuple[str, ...] = ()
-        """What the last plan of the next experiments says, a paragraph each."""
+        self.planned = Planned()
 
     def report(self, done: Callable[[Path], None]) -> bool:
         """Writes the export of the last result in the pool; `done` gets its folder."""
@@ -54,7 +53,7 @@ class Export:
         where = {"folder": str(self._session.folder), "out": str(out)}
         task = Task.of(plan_next, "The plan", scenario=plain, seconds=seconds, **where)
 
-        def show(planned: tuple[str, ...]) -> None:
+        def show(planned: Planned) -> None:
             with self._session.changing(Topic.OUTCOME):
                 self.planned = planned
             done(out)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.read import scenario_toml
@@ -12,6 +12,7 @@ from flexgui.sentences.experiments import plan_paragraphs
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
+    from flexgui.core.recording.recording import Recording
     from flexgui.core.results import Outcome
     from flexgui.core.scenario.schema import Scenario
     from flexgui.scene.recorded_motion import RecordedMotion
@@ -51,18 +52,29 @@ def playback_page(shown: RecordedMotion, exaggeration: float, *, progress: Progr
     return playback_html(shown.motion, shown.ghost, exaggeration)
 
 
+class Planned(NamedTuple):
+    """The next experiments."""
+
+    words: tuple[str, ...] = ()
+    """A paragraph each."""
+    references: tuple[Recording, ...] = ()
+    """To be played, one for each experiment."""
+
+
 def plan_next(
     scenario: Scenario, seconds: float, folder: str, out: str, *, progress: Progress
-) -> tuple[str, ...]:
-    """What the plan for `seconds` says; its files lie in `out`. `folder` holds the files that the
+) -> Planned:
+    """The plan for `seconds`; its files lie in `out`. `folder` holds the files that the
     scenario, with the limits in it, may read: they are to lie beside those of the plan, under their
     names.
     """
     from flexgui.core.experiments.design import ExperimentRequest
+    from flexgui.core.experiments.design_files import references
     from flexgui.core.experiments.plan import plan
     from flexgui.export.plan_files import write_plan
 
     request = ExperimentRequest(seconds, limits=scenario.limits)
     design = plan(scenario, request, folder=ConfinedFolder(Path(folder)), progress=progress)
     write_plan(scenario, design, Path(out))
-    return plan_paragraphs(design)
+    played = tuple(references(c, design) for c in design.chosen)
+    return Planned(plan_paragraphs(design), played)
