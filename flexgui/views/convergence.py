@@ -151,7 +151,7 @@ def live_plane(history: History, searched: Sequence[Searched]) -> Figure | None:
     for g in newest[-1:]:
         if g.population is not None:
             x, y = (g.population[:, pair] * factors).T
-            traces.append(dots(x, y, "population", colours.faded(colours.MEASURED, 0.65), size=6))
+            traces.append(dots(x, y, "population", colours.faded(colours.START, 0.65), size=6))
     if len(best):
         x, y = (best * factors).T
         traces.append(dots(x, y, "best", colours.MODEL, size=10, symbol="diamond"))

@@ -44,7 +44,7 @@ def _over_time(torque: MissingTorque, points: int, with_applied: bool = False) -
     lines = [line(*drawn(torque.missing), "missing", colours.MISSING, hover, width=1.4)]
     if with_applied:
         style = {"width": 1.0, "dash": "dot"}
-        lines.insert(0, line(*drawn(torque.applied), "applied", colours.START, hover, **style))
+        lines.insert(0, line(*drawn(torque.applied), "applied", colours.REFERENCE, hover, **style))
     else:
         lines[0] |= {"showlegend": False}
     return Pane(lines, axis(unit.label(_what(torque))))
