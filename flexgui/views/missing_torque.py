@@ -99,7 +99,8 @@ def missing_cloud(
         limits = {"range": _span(before, unit)} if scale else {}
         y_axis = axis(unit.label(_what(torque)), **limits)
         parts.append(Pane(traces, y_axis, _speed_axis(torque, speed)))
-    return panes(parts, None, gap=0.17, beside=beside, hovermode="closest")
+    columns = len(parts) if beside else 1
+    return panes(parts, None, gap=0.17, columns=columns, hovermode="closest")
 
 
 def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, effect: str) -> Figure:

@@ -79,7 +79,7 @@ def baseline_figure(rows: Sequence[BaselineRow]) -> Figure | None:
         y_axis = axis("" if parts else "FIT on sweeps [%]", matches="y" if parts else None)
         parts.append(Pane(lines, y_axis, axis("working points", type="category"), 1.0, snr(ratio)))
     text = f"Average FIT on noise-free sweeps; below {CLIP:g} % on the edge."
-    drawn = panes(parts, None, text, 400, 0.08, beside=True)
+    drawn = panes(parts, None, text, 400, 0.08, len(parts))
     drawn["layout"]["legend"] |= {"y": 1.12}
     drawn["layout"]["margin"] |= {"t": 72}
     return drawn
