@@ -145,7 +145,7 @@ TICK_GAP = 0.35
 """Of the dots' part of an axis, between two of its numbers."""
 MOST_BESIDE = 3
 """Outputs side by side: the axes of more have no room for their numbers."""
-THE_AXIS = "FIT, with 0, 90, 99 and 99.9 equally spaced [%]"
+THE_AXIS = "FIT; 0, 90, 99, 99.9 equally spaced [%]"
 LOOK = {
     ESTIMATE: {"symbol": "circle", "size": 8},
     VALIDATE: {"symbol": "diamond-open", "size": 9, "line": {"width": 2}},
@@ -179,7 +179,7 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
         parts.append(Pane(traces, y, x, title=channel_symbol(name, of[0][2].unit)))
     lines = -(-len(parts) // columns)
     middle = (lines - 1) * columns + (columns - 1) // 2
-    parts[middle] = parts[middle]._replace(x=x | {"title": axis(THE_AXIS)["title"]})
+    parts[middle] = parts[middle]._replace(x=x | {"title": axis(THE_AXIS)["title"] | {"font": {"size": 12}}})
     inside = lines * HEIGHT_PER_ROW * len(rows) + (lines - 1) * HEIGHT_BELOW
     drawn = panes(
         parts, None, f"{THE_AXIS}.", HEIGHT_OF_FRAME + inside, 0.03, columns, HEIGHT_BELOW / inside

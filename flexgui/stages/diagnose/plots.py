@@ -67,7 +67,7 @@ def demonstration_summary(shown: Demonstration) -> Markup:
     )
 
 
-SIZE = (84, 28)
+SIZE = (120, 28)
 """px"""
 
 NOISY = 3.0
