@@ -179,7 +179,9 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
         parts.append(Pane(traces, y, x, title=channel_symbol(name, of[0][2].unit)))
     lines = -(-len(parts) // columns)
     middle = (lines - 1) * columns + (columns - 1) // 2
-    parts[middle] = parts[middle]._replace(x=x | {"title": axis(THE_AXIS)["title"] | {"font": {"size": 12}}})
+    parts[middle] = parts[middle]._replace(
+        x=x | {"title": axis(THE_AXIS)["title"] | {"font": {"size": 12}}}
+    )
     inside = lines * HEIGHT_PER_ROW * len(rows) + (lines - 1) * HEIGHT_BELOW
     drawn = panes(
         parts, None, f"{THE_AXIS}.", HEIGHT_OF_FRAME + inside, 0.03, columns, HEIGHT_BELOW / inside
