@@ -11,7 +11,14 @@ from markupsafe import Markup
 from flexgui.core.check.finding import Finding
 from flexgui.core.recording.channels import channel_kind, is_channel, joint_of
 from flexgui.core.recording.recording import Recording
-from flexgui.sentences.written import ShownUnit, channel_symbol, reference_symbol, shown_unit
+from flexgui.sentences.written import (
+    ShownUnit,
+    channel_symbol,
+    format_number,
+    quantity,
+    reference_symbol,
+    shown_unit,
+)
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, number, panes, trace
 from flexgui.views.sketch import PANEL_POINTS, sparkline
@@ -28,11 +35,12 @@ FLAT = 0.35
 
 
 def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
-    """References and measurements over time in s; stretches that do not count are grey.
+    """References and measurements over time in s; stretches that do not count are grey, and signals
+    that stay the same are left out where others move.
 
     `slides` states for each joint whether it slides: its positions are in m then.
     """
-    kinds, parts = _kinds(recording), []
+    kinds, parts = _shown_kinds(recording), []
     for names in kinds:
         starts = _starts(recording, names)
         values = np.concatenate([recording[n] - s for n, s in zip(names, starts, strict=True)])
@@ -47,14 +55,39 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
     return panes(parts, axis("time [s]"), hovermode="x unified", shapes=shapes)
 
 
+def constants(recording: Recording, slides: Sequence[bool] = ()) -> str:
+    """'Constant: u₃ 0 N m.', of the signals that `preview` leaves out; empty without any."""
+    shown = {name for names in _moving(_kinds(recording), recording) for name in names}
+    left = [name for names in _kinds(recording) for name in names if name not in shown]
+    values = [
+        f"{reference_symbol(n, u)} {quantity(_finite(recording[n])[0], u)}"
+        for n, u in ((name, _unit(name, slides)) for name in left)
+    ]
+    return f"Constant: {', '.join(values)}." if values else ""
+
+
+def constant_columns(pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str) -> str:
+    """'Constant: gain 1.', of the columns that `as_in_file` leaves out; empty without any."""
+    values = [
+        f"{heading} {format_number(float(column[0]), 4)}"
+        for heading, (_, column) in pictures.items()
+        if heading != time and _is_constant([column])
+    ]
+    return f"Constant: {', '.join(values)}." if values else ""
+
+
 def as_in_file(
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
 ) -> Figure | None:
     """Columns of an unread file over time or rows, by heading; `first`: those on top.
 
-    None where the time is the only column of numbers.
+    None where no column but the time changes.
     """
-    ordered = [h for h in dict.fromkeys((*first, *pictures)) if h in pictures and h != time]
+    ordered = [
+        heading
+        for heading in dict.fromkeys((*first, *pictures))
+        if heading in pictures and heading != time and not _is_constant([pictures[heading][1]])
+    ]
     clock, parts = pictures.get(time, ((), ())), list[Pane]()
     for k, heading in enumerate(ordered[:PREVIEW_COLUMNS]):
         rows, values = pictures[heading]
@@ -67,7 +100,7 @@ def as_in_file(
 
 def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
     """Offsets to subtract from each signal; zeros if the signals are drawn as they are."""
-    finite = [values[np.isfinite(values)] for values in (recording[name] for name in names)]
+    finite = [_finite(recording[name]) for name in names]
     if not all(values.size for values in finite):
         return [0.0] * len(names)
     whole = np.concatenate([*finite, [0.0]])
@@ -83,7 +116,27 @@ def _kinds(recording: Recording) -> list[list[str]]:
     first = [p for p in ORDER if p in by_kind]
     others = [p for p in by_kind if p not in (*ORDER, *LAST)]
     last = [p for p in LAST if p in by_kind]
-    return [by_kind[p] for p in (*first, *others, *last)][:ROWS]
+    return [by_kind[p] for p in (*first, *others, *last)]
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return values[np.isfinite(values)]
+
+
+def _is_constant(signals: Sequence[np.ndarray]) -> bool:
+    """Whether none of some signals (N,) each changes."""
+    return all(len(kept := _finite(values)) and np.ptp(kept) == 0.0 for values in signals)
+
+
+def _moving(kinds: list[list[str]], recording: Recording) -> list[list[str]]:
+    """The kinds with a signal that changes; all of them where nothing does."""
+    signals = {name: recording[name] for names in kinds for name in names}
+    moving = [names for names in kinds if not _is_constant([signals[n] for n in names])]
+    return moving or kinds
+
+
+def _shown_kinds(recording: Recording) -> list[list[str]]:
+    return _moving(_kinds(recording), recording)[:ROWS]
 
 
 def _unit(name: str, slides: Sequence[bool]) -> str:

@@ -32,7 +32,7 @@ from flexgui.stages.data.panel_own import WORDS, Arrivals, upload_button
 from flexgui.stages.data.panel_recording import FindingList, RecordingSettings, wording_of
 from flexgui.stages.data.panel_rig import RigForm
 from flexgui.stages.data.rigs import Experiments, has_working_points
-from flexgui.views.preview import as_in_file, preview
+from flexgui.views.preview import as_in_file, constant_columns, constants, preview
 from flexgui.views.table import Column, Row, Table, html_table
 
 NONE = "no recordings yet"
@@ -170,7 +170,8 @@ class DataPanel(Panel):
             drawn = as_in_file(waiting.inspection.pictures, known.get("t", ""), first)
             self._about.show(paragraph(f"{waiting.file}, as it stands in the file.", "lead"))
             self._plot.show(drawn)
-            self._warnings.show()
+            still = constant_columns(waiting.inspection.pictures, known.get("t", ""))
+            self._warnings.show(paragraph(still, "soft"))
             return
         if recording is None or not scenario.recordings:
             self._about.show(WORDS.nothing_yet(self._experiments.visible))
@@ -181,7 +182,8 @@ class DataPanel(Panel):
         self._about.show(paragraph(f"{recording.name}: {samples}.", "lead"))
         slides = [segment.joint == "prismatic" for segment in build_arm(scenario.arm).segments]
         self._plot.show(preview(recording, slides), self._begins())
-        self._warnings.show(*(paragraph(text, "soft") for text in recording.warnings))
+        told = (constants(recording, slides), *recording.warnings)
+        self._warnings.show(*(paragraph(text, "soft") for text in told))
 
     def _begins(self) -> float | None:
         """Time of the shown recording's first sample, s; None where none is shown."""
