@@ -96,7 +96,7 @@ class Page(PageElement):
             self._left.set_width(shares.plots)
             self.gui.main_panel.set_width(shares.controls)
         width = window.width if window.phone else shares.plots
-        self.context.plot_area.resize(width - BESIDE, shares.columns)
+        self.context.plot_area.resize(width - BESIDE, shares.columns, window.height)
 
     def _cursor_is_due(self) -> bool:
         """Whether to move the plots' cursor: while a recording plays, less often than the arm."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from viser import _messages
 
@@ -18,21 +18,33 @@ if TYPE_CHECKING:
 PLOT_MARGIN = {"l": 68, "r": 10, "t": 28, "b": 46}
 CONFIG = {"displayModeBar": False}
 FONT_SIZE = 12
+USUAL_HEIGHT, MOST_STRETCH = 900.0, 1.6
+"""px of a window, and how much higher figures become in a high one that has two columns."""
 PANEL_WIDTH = 540.0
 """px of the panel on the left."""
 
 
+class Fitted(Protocol):
+    """What follows the size of the area."""
+
+    def fit(self) -> None:
+        """Takes the size of the area."""
+
+
 class PlotArea:
-    """The width of the figures of one page; in a narrower panel they keep their height in px."""
+    """The size of the figures of one page; in a narrower panel they keep their height in px, in a
+    high window they are higher."""
 
     def __init__(self) -> None:
-        self.width, self.columns = PANEL_WIDTH, 1
-        self.plots: list[Plot] = []
+        self.width, self.columns, self.stretch = PANEL_WIDTH, 1, 1.0
+        self.plots: list[Fitted] = []
 
-    def resize(self, width: float, columns: int) -> None:
-        """Sets the width in px and the number of columns; all figures follow."""
-        if (width, columns) != (self.width, self.columns):
-            self.width, self.columns = width, columns
+    def resize(self, width: float, columns: int, height: float = USUAL_HEIGHT) -> None:
+        """Sets the width in px, the number of columns and the height of the window in px; all
+        figures follow."""
+        stretch = min(max(height / USUAL_HEIGHT, 1.0), MOST_STRETCH) if columns > 1 else 1.0
+        if (width, columns, stretch) != (self.width, self.columns, self.stretch):
+            self.width, self.columns, self.stretch = width, columns, stretch
             for plot in self.plots:
                 plot.fit()
 
@@ -57,9 +69,9 @@ class Plot:
         self._wide = wide
         if wide:
             context.gui.add_html("<span class='fx-wide'></span>")
-        aspect = self._height / context.plot_area.figure_width(wide)
         self._handle = context.gui.add_plotly(BLANK, aspect=aspect, visible=False)
         context.plot_area.plots.append(self)
+        self.fit()
         self._sent = 0
 
     def show(self, figure: Figure | None, begins: float | None = None, height: float = 0.0) -> None:
@@ -91,7 +103,8 @@ class Plot:
     def fit(self) -> None:
         """Keeps the height in px in a panel of another width."""
         if not self._handle._impl.removed:
-            self._handle.aspect = self._height / self._context.plot_area.figure_width(self._wide)
+            area = self._context.plot_area
+            self._handle.aspect = self._height * area.stretch / area.figure_width(self._wide)
 
     @property
     def _key(self) -> str:

@@ -1,32 +1,41 @@
-"""One colour per meaning, readable on white and on near-black (contrast of 3 or more on both)."""
+"""One colour per meaning, readable on white and on near-black (contrast of 3 or more on both).
+
+The names below are the whole table: a figure takes its colours from here.
+"""
 
 from __future__ import annotations
 
 MEASURED = "#3d7fd1"
+"""Blue: what sensors recorded."""
 MODEL = "#d9730d"
-RESIDUAL = "#3572c6"
-"""Residual: a blue that differs from the orange of predictions for colour-blind eyes too."""
+"""Orange: what the model simulates."""
+RESIDUAL = "#bd28a0"
+"""Magenta: measured minus model, and its size; maps of the error rise in it."""
 MISSING = RESIDUAL
 """The missing torque is the residual again, seen as a torque."""
-BACKWARDS = "#3f8f86"
+BACKWARDS = "#7a63c8"
 """The same while the joint moves backwards."""
-ADDED = "#d9730d"
-"""What an effect predicts, or has explained once it was added."""
-FLOOR = "#1f9470"
-"""The noise floor: what is within it needs no explanation."""
-BESIDE = "#a06cd5"
-"""Another model beside the present one."""
+ADDED = "#1f9470"
+"""Green: what an effect predicts, or has explained once it was added."""
+REFERENCE = "#8c6d55"
+"""Brown: what was commanded, or stated by others."""
+BESIDE = "#8a3ff0"
+"""Violet: another model beside the present one."""
 START = "#7d858f"
-"""Where the search began, and whatever is only context."""
+"""Grey: where the search began, and whatever is only context."""
+FLOOR = START
+"""The noise floor, mostly as a band: what is within it needs no explanation."""
 BOUND = "#d64545"
+"""Red: a limit."""
 
 JOINTS = ("#2a93a8", "#b58a00", "#a06cd5")
-"""The first two, and the blue of the residual, differ for colour-blind eyes too."""
+"""Teal and ochre: signals of joint 1 and 2, commands too, where a figure compares joints."""
 JOINT_DASHES = ("solid", "dash", "dot")
 """Joints in one figure; the dash distinguishes them where colours are not seen."""
 
-SERIES = ("#3d7fd1", "#b58a00", "#1f9470", "#d64545", "#2a93a8", "#a06cd5", "#7d858f", "#c44a8f")
-"""Outputs or fits without a meaning of their own; the first four suit colour-blind eyes."""
+SERIES = ("#2a93a8", "#b58a00", "#7a63c8", "#d64545", "#7d858f", "#8c6d55")
+"""Outputs or fits without a meaning of their own, in figures of nothing else; the first four suit
+colour-blind eyes."""
 
 TEXT, TEXT_ON_DARK = "#565e68", "#b3bbc4"
 """Of axes and legends: contrast of 6 on white, of 8 on a page's dark ground (WCAG asks for 4.5)."""

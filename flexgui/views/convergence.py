@@ -39,17 +39,18 @@ def convergence(fits: Sequence[Fit]) -> Figure | None:
     return _costs(history, text, 380) if history else None
 
 
-def live_convergence(history: History) -> Figure:
-    """The same while it runs."""
+def live_convergence(history: History) -> Figure | None:
+    """The same while it runs; None before a second generation: one dot shows no convergence."""
     few = {label: _few(generations) for label, generations in history.items()}
-    return _costs(few, title=headline("Cost"))
+    more = max(map(len, few.values()), default=0) > 1
+    return _costs(few, title=headline("Cost")) if more else None
 
 
 def live_descent(costs: Mapping[str, Sequence[float]]) -> Figure | None:
-    """Costs of fits without a population, in the order of their steps; None where there are none.
+    """Costs of fits without a population, in the order of their steps; None without two of them.
 
     A cost that rises is of another start, or of more of the recordings: it begins a line of its
-    own at the left. A lone first step that was not the best is left out.
+    own at the left. A lone first step that was not the best is left out, as is a fit of one step.
     """
     traces = []
     for k, (label, reported) in enumerate(costs.items()):
@@ -57,6 +58,8 @@ def live_descent(costs: Mapping[str, Sequence[float]]) -> Figure | None:
         descents = np.split(values, np.flatnonzero(np.diff(values) > 0.0) + 1)
         best = min(descents, key=lambda part: part[-1])
         shown = [part for part in descents if len(part) > 1 or part is best]
+        if max(map(len, shown)) < 2:
+            continue
         steps = _joined([np.arange(1.0, len(part) + 1.0) for part in shown])
         style = {"mode": "lines+markers", "marker": {"size": 5}}
         drawn = line(steps, _joined(shown), label, colours.series(k), "%{y:.4g}", **style)
@@ -151,7 +154,7 @@ def live_plane(history: History, searched: Sequence[Searched]) -> Figure | None:
     for g in newest[-1:]:
         if g.population is not None:
             x, y = (g.population[:, pair] * factors).T
-            traces.append(dots(x, y, "population", colours.faded(colours.MEASURED, 0.65), size=6))
+            traces.append(dots(x, y, "population", colours.faded(colours.START, 0.65), size=6))
     if len(best):
         x, y = (best * factors).T
         traces.append(dots(x, y, "best", colours.MODEL, size=10, symbol="diamond"))

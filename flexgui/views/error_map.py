@@ -94,10 +94,16 @@ def _heat(m: ErrorMap, top: float, legend: bool, dark: bool) -> Figure:
         np.log10(np.maximum(m.ratio, 1e-3)), scale, "× noise floor", **place,
         zmin=0.0, zmax=float(np.log10(top)), showscale=legend, colorbar={**named, "len": 1.0},
         xgap=1, ygap=1, meta={"cells": [m.axis, m.channel]},
-        customdata=np.stack([m.ratio, m.rms], axis=-1),
+        customdata=np.stack([m.ratio, m.rms], axis=-1), text=_numbers(m.ratio),
+        texttemplate="%{text}",
         hovertemplate="%{customdata[0]:.3g} times the noise floor, rms %{customdata[1]:.3g} "
         f"{m.unit or '–'}<extra></extra>",
     )  # fmt: skip
+
+
+def _numbers(ratio: np.ndarray) -> list[list[str]]:
+    """What is written in the cells (rows, columns), where there is room."""
+    return [[format_number(float(r), 2) if np.isfinite(r) else "" for r in row] for row in ratio]
 
 
 def row_labels(m: ErrorMap) -> list[str]:

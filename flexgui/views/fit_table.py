@@ -139,13 +139,18 @@ LEAST_MISFIT, LARGEST_MISFIT = 0.01, 100.0
 """100 % − FIT: the axis has equal steps from 0 to 90, 99, 99.9, …"""
 NUMBERED = (0.0, 50.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.9, 99.99)
 """%, the FITs at which an axis may begin and end."""
-DOTS = 0.38
+DOTS = 0.6
 """Of an axis, for the dots; right of them there is room for their numbers."""
+TICK_GAP = 0.35
+"""Of the dots' part of an axis, between two of its numbers."""
+MOST_BESIDE = 3
+"""Outputs side by side: the axes of more have no room for their numbers."""
+THE_AXIS = "FIT; 0, 90, 99, 99.9 equally spaced [%]"
 LOOK = {
     ESTIMATE: {"symbol": "circle", "size": 8},
     VALIDATE: {"symbol": "diamond-open", "size": 9, "line": {"width": 2}},
 }
-HEIGHT_OF_FRAME, HEIGHT_PER_ROW = 84, 20
+HEIGHT_OF_FRAME, HEIGHT_PER_ROW, HEIGHT_BELOW = 84, 20, 48
 
 
 def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
@@ -160,28 +165,47 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
         return None
     rows, parts = list(dict.fromkeys(label for label, _, _ in fits)), list[Pane]()
     ends = _ends([c.fit_percent for _, _, c in fits])
-    first, last = (float(np.log10(max(100.0 - fit, LEAST_MISFIT))) for fit in ends)
-    end = first + (last - first) / DOTS
-    for name in dict.fromkeys(c.channel for _, _, c in fits):
+    x = _fit_axis(*ends)
+    names = list(dict.fromkeys(c.channel for _, _, c in fits))
+    columns = len(names) if len(names) <= MOST_BESIDE else min(-(-len(names) // 2), MOST_BESIDE)
+    for k, name in enumerate(names):
         of = [(rows.index(label), role, c) for label, role, c in fits if c.channel == name]
-        traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of], 10.0**end)]
-        for role, style in LOOK.items():
+        traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of], 10.0 ** x["range"][1])]
+        for role in LOOK:
             chosen = [(row, c.fit_percent) for row, found, c in of if found == role]
-            left = [min(max(100.0 - fit, LEAST_MISFIT), LARGEST_MISFIT) for _, fit in chosen]
-            found = dots(left, [row for row, _ in chosen], f"FIT, {ROLES[role]}", colours.MODEL)
-            found["marker"] |= style
-            found |= {"customdata": [fit for _, fit in chosen]}
-            traces.append(found | {"hovertemplate": "%{customdata:.4f} %<extra></extra>"})
-        x = axis(
-            f"{channel_symbol(name, of[0][2].unit)} [%]", type="log", tickangle=0,
-            range=[first - 0.12 * (last - first), end],
-            tickvals=[10.0**first, 10.0**last], ticktext=[f"{fit:g}" for fit in ends],
-        )  # fmt: skip
+            traces.append(_fit_marks(chosen, role))
         y = named_axis(rows, range=[len(rows) - 0.5, -0.5], automargin=True)
-        parts.append(Pane(traces, y | {"showticklabels": not parts}, x))
-    text = "FIT in per cent; the axis has equal steps from 0 to 90, 99, 99.9."
-    height = HEIGHT_OF_FRAME + HEIGHT_PER_ROW * len(rows)
-    return panes(parts, None, text, height, 0.03, beside=True)
+        y |= {"showticklabels": k % columns == 0}
+        parts.append(Pane(traces, y, x, title=channel_symbol(name, of[0][2].unit)))
+    lines = -(-len(parts) // columns)
+    middle = (lines - 1) * columns + (columns - 1) // 2
+    parts[middle] = parts[middle]._replace(
+        x=x | {"title": axis(THE_AXIS)["title"] | {"font": {"size": 12}}}
+    )
+    inside = lines * HEIGHT_PER_ROW * len(rows) + (lines - 1) * HEIGHT_BELOW
+    drawn = panes(
+        parts, None, f"{THE_AXIS}.", HEIGHT_OF_FRAME + inside, 0.03, columns, HEIGHT_BELOW / inside
+    )
+    # Above the outputs' names.
+    drawn["layout"]["legend"] |= {"yref": "container", "y": 1.0, "yanchor": "top"}
+    return drawn
+
+
+def _fit_axis(lowest: float, highest: float) -> Figure:
+    """Of 100 − FIT, from a `lowest` to a `highest` FIT in %, with room for numbers behind."""
+    first, last = np.log10(100.0 - np.array([lowest, highest]))
+    least = TICK_GAP * (first - last)
+    ticks = [lowest]
+    for tick in (n for n in NUMBERED if lowest < n < highest):
+        before, place = np.log10(100.0 - np.array([ticks[-1], tick]))
+        if before - place >= least and place - last >= least:
+            ticks.append(tick)
+    ticks.append(highest)
+    return axis(
+        type="log", tickangle=0,
+        range=[first + 0.12 * (first - last), first - (first - last) / DOTS],
+        tickvals=[100.0 - tick for tick in ticks], ticktext=[f"{tick:g}" for tick in ticks],
+    )  # fmt: skip
 
 
 def _ends(fits: Sequence[float]) -> tuple[float, float]:
@@ -190,6 +214,15 @@ def _ends(fits: Sequence[float]) -> tuple[float, float]:
     first = below[-1] if below else NUMBERED[0]
     above = [n for n in NUMBERED if n >= max(fits) and n > first]
     return first, above[0] if above else NUMBERED[-1]
+
+
+def _fit_marks(fits: Sequence[tuple[int, float]], role: str) -> Figure:
+    """A mark for each (row, FIT in %) of the recordings of a role."""
+    left = [min(max(100.0 - fit, LEAST_MISFIT), LARGEST_MISFIT) for _, fit in fits]
+    found = dots(left, [row for row, _ in fits], f"FIT, {ROLES[role]}", colours.START)
+    found["marker"] |= LOOK[role]
+    found |= {"customdata": [fit for _, fit in fits]}
+    return found | {"hovertemplate": "%{customdata:.4f} %<extra></extra>"}
 
 
 def _fit_numbers(fits: Sequence[tuple[int, float]], at: float) -> Figure:

@@ -36,7 +36,7 @@ def valley(fits: Sequence[Fit]) -> Figure | None:
     population = _last_population(fits, curve.names)
     if population is not None:
         x, y = (population * factors).T
-        colour = colours.faded(colours.MEASURED, 0.6)
+        colour = colours.faded(colours.START, 0.6)
         traces.append(dots(x, y, "last population", colour, plain, size=6))
     ended = [(f.label, {e.name: e for e in f.estimates}) for f in fits]
     pairs = [(label, [e[n] for n in curve.names]) for label, e in ended if {*curve.names} <= {*e}]
@@ -44,7 +44,7 @@ def valley(fits: Sequence[Fit]) -> Figure | None:
         x, y = (np.array([[e.value for e in pair] for _, pair in pairs]) * factors).T
         name = "where the fits ended" if len(pairs) > 1 else "where the fit ended"
         style: Figure = {"size": 10, "symbol": "diamond"}
-        ends = dots(x, y, name, colours.MEASURED, f"%{{text}}<br>{plain}", **style)
+        ends = dots(x, y, name, colours.MODEL, f"%{{text}}<br>{plain}", **style)
         traces.append(ends | {"text": [label for label, _ in pairs]})
     starts = np.array([[e.start for e in pair] for _, pair in pairs]).reshape(-1, 2)
     starts = starts[np.isfinite(starts).all(axis=1)][:1] * factors

@@ -103,38 +103,38 @@ def panes(
     caption: str = "",
     height: int = PANEL_HEIGHT,
     gap: float = 0.05,
-    beside: bool = False,
+    columns: int = 1,
+    below: float = 0.0,
     **layout: Any,
 ) -> Figure:
-    """Panes below one another, or side by side; a name is in the legend only once.
+    """Panes in rows from the top, each from the left; a name is in the legend only once.
 
     Args:
-        parts: From the top, or from the left.
+        parts: Those of several columns are equally large and have axes of their own.
         x: The axis that all of them share, below the last.
         caption: Of the whole figure.
         height: px
-        gap: Between two panes, as a share of the figure.
-        beside: From the left to the right.
+        gap: Between two panes of a row, or of one column, as a share of the figure.
+        columns: Panes side by side.
+        below: Between rows of several columns, as a share of the figure.
         layout: More of Plotly's layout.
     """
     whole, data, named = frame(height, caption), list[Figure](), set[str | None]()
     notes: list[Figure] = []
     if x is not None:
         whole["xaxis"] = x | {"anchor": f"y{number(len(parts) - 1)}"}
-    for k, (part, span) in enumerate(zip(parts, _spans(parts, gap, beside), strict=True)):
+    for k, (part, place) in enumerate(zip(parts, _places(parts, gap, columns, below), strict=True)):
         own = "" if part.x is None else number(k)
-        whole[f"yaxis{number(k)}"] = part.y | {"anchor": f"x{own}"}
+        whole[f"yaxis{number(k)}"] = part.y | {"anchor": f"x{own}", "domain": place.up}
         if part.x is not None:
-            whole[f"xaxis{own}"] = part.x | {"anchor": f"y{number(k)}"}
-        whole[f"xaxis{own}" if beside else f"yaxis{number(k)}"] |= {"domain": span}
+            whole[f"xaxis{own}"] = part.x | {"anchor": f"y{number(k)}", "domain": place.across}
         for trace in part.traces:
             name = trace.get("name")
             legend = {"legendgroup": name, "showlegend": name not in named} if name else {}
             data.append(legend | trace | {"xaxis": f"x{own}", "yaxis": f"y{number(k)}"})
             named.add(name)
         if part.title:
-            left, top = (span[0], 1.0) if beside else (0.0, span[1])
-            notes.append(note(part.title, left, top, size=13))
+            notes.append(note(part.title, place.across[0], place.up[1], size=13))
     return {"data": data, "layout": whole | {"annotations": notes} | layout}
 
 
@@ -143,13 +143,27 @@ def number(k: int) -> str:
     return "" if k == 0 else str(k + 1)
 
 
-def _spans(parts: Sequence[Pane], gap: float, beside: bool) -> list[list[float]]:
-    """Begin and end of each pane, as shares of the figure."""
-    free = (1.0 - gap * (len(parts) - 1)) / sum(part.share for part in parts)
+class _Place(NamedTuple):
+    """Begin and end of a pane on either axis, as shares of the figure."""
+
+    across: list[float]
+    up: list[float]
+
+
+def _places(parts: Sequence[Pane], gap: float, columns: int, below: float) -> list[_Place]:
+    single = columns == 1
+    rows = [part.share for part in parts] if single else [1.0] * -(-len(parts) // columns)
+    across = _spans([1.0] * columns, gap)
+    up = [[1.0 - end, 1.0 - begin] for begin, end in _spans(rows, gap if single else below)]
+    return [_Place(across[k % columns], up[k // columns]) for k in range(len(parts))]
+
+
+def _spans(shares: Sequence[float], gap: float) -> list[list[float]]:
+    free = (1.0 - gap * (len(shares) - 1)) / sum(shares)
     spans, begin = [], 0.0
-    for part in parts:
-        end = min(begin + free * part.share, 1.0)
-        spans.append([begin, end] if beside else [1.0 - end, 1.0 - begin])
+    for share in shares:
+        end = min(begin + free * share, 1.0)
+        spans.append([begin, end])
         begin = end + gap
     return spans
 

@@ -44,7 +44,7 @@ def _over_time(torque: MissingTorque, points: int, with_applied: bool = False) -
     lines = [line(*drawn(torque.missing), "missing", colours.MISSING, hover, width=1.4)]
     if with_applied:
         style = {"width": 1.0, "dash": "dot"}
-        lines.insert(0, line(*drawn(torque.applied), "applied", colours.START, hover, **style))
+        lines.insert(0, line(*drawn(torque.applied), "applied", colours.REFERENCE, hover, **style))
     else:
         lines[0] |= {"showlegend": False}
     return Pane(lines, axis(unit.label(_what(torque))))
@@ -99,7 +99,8 @@ def missing_cloud(
         limits = {"range": _span(before, unit)} if scale else {}
         y_axis = axis(unit.label(_what(torque)), **limits)
         parts.append(Pane(traces, y_axis, _speed_axis(torque, speed)))
-    return panes(parts, None, gap=0.17, beside=beside, hovermode="closest")
+    columns = len(parts) if beside else 1
+    return panes(parts, None, gap=0.17, columns=columns, hovermode="closest")
 
 
 def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, effect: str) -> Figure:

@@ -11,7 +11,14 @@ from markupsafe import Markup
 from flexgui.core.check.finding import Finding
 from flexgui.core.recording.channels import Role, channel_kind, is_channel, joint_of
 from flexgui.core.recording.recording import Recording
-from flexgui.sentences.written import ShownUnit, channel_symbol, reference_symbol, shown_unit
+from flexgui.sentences.written import (
+    ShownUnit,
+    channel_symbol,
+    format_number,
+    quantity,
+    reference_symbol,
+    shown_unit,
+)
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, number, panes, trace
 from flexgui.views.sketch import PANEL_POINTS, sparkline
@@ -39,7 +46,8 @@ FLAT = 0.35
 def preview(
     recording: Recording, slides: Sequence[bool] = (), picked: Collection[str] | None = None
 ) -> Figure:
-    """References and measurements over time in s; stretches that do not count are grey.
+    """References and measurements over time in s; stretches that do not count are grey, and signals
+    that stay the same are left out where others move.
 
     Args:
         recording: What is drawn.
@@ -65,7 +73,7 @@ def groups(recording: Recording) -> dict[str, bool]:
     """Groups of the recording's signals, in the order of the picture, and whether they are in it
     where nobody has picked any."""
     first = [_group(names[0]) for names in _kinds(recording, None)]
-    every = [_group(names[0]) for names in _all_kinds(recording)]
+    every = [_group(names[0]) for names in _moving(_all_kinds(recording), recording)]
     return {group: group in first for group in every}
 
 
@@ -92,14 +100,40 @@ AROUND, PER_EXPERIMENT = 90, 110
 """px of the figure of planned references: its legend and axis, and each row."""
 
 
+def constants(recording: Recording, slides: Sequence[bool] = ()) -> str:
+    """'Constant: u₃ 0 N m.', of the signals that `preview` leaves out; empty without any."""
+    every = _all_kinds(recording)
+    shown = {name for names in _moving(every, recording) for name in names}
+    left = [name for names in every for name in names if name not in shown]
+    values = [
+        f"{reference_symbol(n, u)} {quantity(_finite(recording[n])[0], u)}"
+        for n, u in ((name, _unit(name, slides)) for name in left)
+    ]
+    return f"Constant: {', '.join(values)}." if values else ""
+
+
+def constant_columns(pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str) -> str:
+    """'Constant: gain 1.', of the columns that `as_in_file` leaves out; empty without any."""
+    values = [
+        f"{heading} {format_number(float(column[0]), 4)}"
+        for heading, (_, column) in pictures.items()
+        if heading != time and _is_constant([column])
+    ]
+    return f"Constant: {', '.join(values)}." if values else ""
+
+
 def as_in_file(
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
 ) -> Figure | None:
     """Columns of an unread file over time or rows, by heading; `first`: those on top.
 
-    None where the time is the only column of numbers.
+    None where no column but the time changes.
     """
-    ordered = [h for h in dict.fromkeys((*first, *pictures)) if h in pictures and h != time]
+    ordered = [
+        heading
+        for heading in dict.fromkeys((*first, *pictures))
+        if heading in pictures and heading != time and not _is_constant([pictures[heading][1]])
+    ]
     clock, parts = pictures.get(time, ((), ())), list[Pane]()
     for k, heading in enumerate(ordered[:PREVIEW_COLUMNS]):
         rows, values = pictures[heading]
@@ -112,7 +146,7 @@ def as_in_file(
 
 def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
     """Offsets to subtract from each signal; zeros if the signals are drawn as they are."""
-    finite = [values[np.isfinite(values)] for values in (recording[name] for name in names)]
+    finite = [_finite(recording[name]) for name in names]
     if not all(values.size for values in finite):
         return [0.0] * len(names)
     whole = np.concatenate([*finite, [0.0]])
@@ -122,7 +156,7 @@ def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
 
 
 def _kinds(recording: Recording, picked: Collection[str] | None) -> list[list[str]]:
-    every = _all_kinds(recording)
+    every = _moving(_all_kinds(recording), recording)
     if picked is None:
         return every[:ROWS]
     return [names for names in every if _group(names[0]) in picked][:MOST_ROWS]
@@ -136,6 +170,22 @@ def _all_kinds(recording: Recording) -> list[list[str]]:
     others = [p for p in by_kind if p not in (*ORDER, *LAST)]
     last = [p for p in LAST if p in by_kind]
     return [by_kind[p] for p in (*first, *others, *last)]
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return values[np.isfinite(values)]
+
+
+def _is_constant(signals: Sequence[np.ndarray]) -> bool:
+    """Whether none of some signals (N,) each changes."""
+    return all(len(kept := _finite(values)) and np.ptp(kept) == 0.0 for values in signals)
+
+
+def _moving(kinds: list[list[str]], recording: Recording) -> list[list[str]]:
+    """The kinds with a signal that changes; all of them where nothing does."""
+    signals = {name: recording[name] for names in kinds for name in names}
+    moving = [names for names in kinds if not _is_constant([signals[n] for n in names])]
+    return moving or kinds
 
 
 def _unit(name: str, slides: Sequence[bool]) -> str:

@@ -30,9 +30,13 @@ APART = 12.0
 areas that do not touch."""
 
 TOGETHER = {
-    "measured and model": [colours.MEASURED, colours.MODEL],
-    "residual and effect": [colours.RESIDUAL, colours.ADDED],
-    "both ways of a joint": [colours.MISSING, colours.BACKWARDS],
+    "a comparison": [
+        colours.MEASURED, colours.MODEL, colours.RESIDUAL, colours.BESIDE, colours.FLOOR
+    ],
+    "an effect on the residual": [colours.RESIDUAL, colours.ADDED, colours.FLOOR],
+    "an effect on an output": [colours.MEASURED, colours.START, colours.ADDED],
+    "applied and missing torque": [colours.REFERENCE, colours.MISSING],
+    "both ways of a joint": [colours.MISSING, colours.BACKWARDS, colours.ADDED],
     "joints": list(colours.JOINTS),
     "several alike": list(colours.SERIES[:4]),
 }  # fmt: skip
@@ -56,6 +60,35 @@ def test_colours_of_one_figure_differ_for_every_eye(what: str, sight: str) -> No
         if (distance := np.linalg.norm(seen(one, sight) - seen(other, sight))) < APART
     }
     assert not alike
+
+
+OF_MEANING = {
+    "measured": colours.MEASURED, "model": colours.MODEL, "residual": colours.RESIDUAL,
+    "effect": colours.ADDED, "reference": colours.REFERENCE, "joint 1": colours.JOINTS[0],
+    "joint 2": colours.JOINTS[1], "another model": colours.BESIDE, "context": colours.START,
+}  # fmt: skip
+GROUNDS = ("#ffffff", "#1a1b1e")
+READABLE = 3.0
+"""Contrast of graphics, WCAG 2.1."""
+
+
+def luminance(colour: str) -> float:
+    coded = np.array(colours.rgb(colour)) / 255.0
+    light = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+    return float(light @ [0.2126, 0.7152, 0.0722])
+
+
+def test_each_meaning_has_a_colour_of_its_own() -> None:
+    for (one, first), (other, second) in combinations(OF_MEANING.items(), 2):
+        distance = np.linalg.norm(seen(first, "all receptors") - seen(second, "all receptors"))
+        assert distance >= 2.0 * APART, (one, other)
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("what", OF_MEANING)
+def test_colours_are_readable_on_a_light_and_on_a_dark_page(what: str, ground: str) -> None:
+    lights = sorted(luminance(colour) + 0.05 for colour in (OF_MEANING[what], ground))
+    assert lights[1] / lights[0] >= READABLE
 
 
 def test_the_simulation_of_sight_merges_what_such_eyes_confuse() -> None:

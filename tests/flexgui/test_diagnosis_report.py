@@ -150,6 +150,8 @@ def test_maps_share_their_colours_and_show_every_recording(diagnosed: Outcome) -
         assert len(figure["data"]) == len(FLOORS)
         assert len({(h["zmin"], h["zmax"]) for h in figure["data"]}) == 1
         assert figure["data"][0]["z"].shape == shown[0].rms.shape
+        written = figure["data"][0]["text"][0][0]
+        assert float(written) == pytest.approx(shown[0].ratio[0, 0], rel=0.05)
     assert error_map(()) is None
     chosen = maps.worst[0]
     figure = error_map([m for m in maps.by_time if m.channel == chosen.channel], chosen=chosen)

@@ -21,10 +21,10 @@ from flexgui.views import colours
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.error_map import error_now
-from flexgui.views.fit_table import fit_dots, variants
+from flexgui.views.fit_table import THE_AXIS, TICK_GAP, fit_dots, variants
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder
-from flexgui.views.layout import Figure, decimate, figure_json, trace
+from flexgui.views.layout import Figure, decimate, figure_json, number, trace
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.parameter_tables import parameters
 from flexgui.views.pooled import tip_rms
@@ -125,6 +125,21 @@ def test_dots_of_good_models_differ_and_have_their_numbers(glocal: Outcome) -> N
     assert estimated["marker"]["symbol"] != validated["marker"]["symbol"]
     rows = len(glocal.comparisons)
     assert len(estimated["y"]) + len(validated["y"]) == len(numbers["y"]) == rows
+
+
+def test_six_outputs_stand_in_two_rows_with_readable_axes(glocal: Outcome) -> None:
+    """In one row their axes had room for two numbers that touched."""
+    first = glocal.comparisons[0]
+    six = [replace(first.channels[0], channel=f"y{k + 1}") for k in range(6)]
+    layout = fit_dots([replace(first, channels=tuple(six))])["layout"]
+    domains = {tuple(layout[f"yaxis{number(k)}"]["domain"]) for k in range(6)}
+    assert len(domains) == 2
+    shown = layout["xaxis"]
+    begin, end = np.log10([shown["tickvals"][0], shown["tickvals"][-1]])
+    apart = -np.diff(np.log10(shown["tickvals"])) / (begin - end)
+    assert apart.min() >= TICK_GAP and len(shown["ticktext"]) <= 3
+    assert layout["xaxis5"]["title"]["text"] == THE_AXIS
+    assert len(layout["annotations"]) == 6, "the name of each output"
 
 
 def test_the_noise_lies_around_the_residual(glocal: Outcome) -> None:

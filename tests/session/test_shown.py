@@ -44,13 +44,21 @@ from flexgui.views.convergence import (
     LIVE_POINTS,
     Searched,
     live_convergence,
+    live_descent,
     live_parameters,
     live_plane,
 )
 from flexgui.views.error_map import error_text
 from flexgui.views.ladder import ladder
 from flexgui.views.parameter_tables import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
-from flexgui.views.preview import ROWS, groups, preview
+from flexgui.views.preview import (
+    ROWS,
+    as_in_file,
+    constant_columns,
+    constants,
+    groups,
+    preview,
+)
 from flexgui.views.table import Column, Row, Table, html_equations, html_table
 from tests.approved import approved
 
@@ -310,11 +318,33 @@ def test_the_valley_goes_through_the_best_member() -> None:
     assert table is not None and len(table.rows) == 2 and live_parameters({}, SEARCHED) is None
 
 
-@pytest.mark.parametrize("count", [1, LIVE_POINTS, LIVE_POINTS + 1, 2928, 10_000])
+@pytest.mark.parametrize("count", [2, LIVE_POINTS, LIVE_POINTS + 1, 2928, 10_000])
 def test_a_long_search_is_drawn_with_few_points_and_its_newest(count: int) -> None:
-    for trace in live_convergence(history(count))["data"]:
+    drawn = live_convergence(history(count))
+    assert drawn is not None
+    for trace in drawn["data"]:
         assert LIVE_POINTS / 2 <= len(trace["x"]) <= LIVE_POINTS or len(trace["x"]) == count
         assert trace["x"][-1] == count - 1
+
+
+def test_one_step_is_no_convergence() -> None:
+    assert live_convergence(history(1)) is None and live_descent({"all": [2.0]}) is None
+    drawn = live_descent({"one step": [2.0], "three": [3.0, 2.0, 1.0]})
+    assert drawn is not None and [t["name"] for t in drawn["data"]] == ["three"]
+
+
+def test_signals_that_stay_the_same_are_told_in_words() -> None:
+    still = np.zeros(len(SECOND))
+    channels = {"theta1": np.sin(SECOND), "u1": still, "deflection1": still + 2e-3}
+    recording = Recording("r", SECOND, channels)
+    assert len(preview(recording)["data"]) == 1
+    assert constants(recording).replace("\xa0", " ") == "Constant: u₁ 0 N m, δ₁ 2.00 mrad."
+    at_rest = Recording("r", SECOND, {"theta1": still})
+    assert len(preview(at_rest)["data"]) == 1 and not constants(at_rest), "nothing else to draw"
+    pictures = {"t": (SECOND, SECOND), "gain": (SECOND, still + 1.0), "x": (SECOND, SECOND)}
+    drawn = as_in_file(pictures, "t", ["gain"])
+    assert drawn is not None and len(drawn["data"]) == 1
+    assert constant_columns(pictures, "t") == "Constant: gain 1."
 
 
 def test_the_papers_local_means_are_the_means_of_its_rows() -> None:

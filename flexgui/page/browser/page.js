@@ -24,6 +24,16 @@
     if (element && text && element.getAttribute("aria-label") !== text)
       element.setAttribute("aria-label", text);
   };
+  // uPlot's legend knows squares only: the mark before a name becomes the line or dot that is drawn.
+  const MARKS = {"━": "solid", "╍": "dashed", "┉": "dotted", "•": "dots"};
+  const markLegends = () => {
+    for (const label of document.querySelectorAll(".u-label")) {
+      const mark = MARKS[label.textContent[0]];
+      if (!mark) continue;
+      label.closest(".u-series").dataset.mark = mark;
+      label.textContent = label.textContent.slice(1).trim();
+    }
+  };
   const nameAll = () => {
     for (const slider of document.querySelectorAll(".mantine-Slider-root")) {
       const text = labelOf(slider.id);
@@ -126,7 +136,7 @@
   };
   let scheduled = 0;
   const schedule = () => {
-    if (!scheduled) scheduled = setTimeout(() => { scheduled = 0; nameAll(); applySettings(); links(); }, 200);
+    if (!scheduled) scheduled = setTimeout(() => { scheduled = 0; nameAll(); markLegends(); applySettings(); links(); }, 200);
   };
   new MutationObserver(schedule).observe(document.body, {childList: true, subtree: true});
   schedule();

@@ -202,9 +202,24 @@
     return values.dtype === "i4" ? new Int32Array(bytes.buffer) : new Float32Array(bytes.buffer);
   };
   const places = (names, name) => names.flatMap((each, k) => (each === name ? [k] : []));
+  // A figure of another size leaves its legend where it was, and one that is resized twice at once may
+  // keep the first size: some time after the last size it is drawn again.
+  const SETTLED = 300;  // ms
+  const settle = (plotly, node, {width, height}) => {
+    if (!width || (width === node.fxSize?.width && height === node.fxSize.height)) return;
+    node.fxSize = {width, height};
+    clearTimeout(node.fxSettle);
+    node.fxSettle = setTimeout(() => {
+      const is = node.isConnected && node._fullLayout ? node.parentElement.clientWidth : 0;
+      if (!is) return;
+      Object.assign(node.layout, {width: is, height: height * is / width});
+      plotly.redraw(node);
+    }, SETTLED);
+  };
   const wrap = plotly => {
     const drawn = plotly.react;
     plotly.react = (node, data, layout, config) => {
+      settle(plotly, node, layout ?? {});
       const moves = layout?.meta?.morph && !reducedMotion.matches && node._fullData?.length;
       const along = layout?.meta?.morph === "x" ? "x" : "y";
       const was = moves ? node._fullData.map(trace => Array.from(trace[along] ?? [])) : [];

@@ -10,13 +10,14 @@ import numpy as np
 from flexgui.views import colours
 from flexgui.views.layout import FONT, Figure
 
-TICKS, LABELS = f"11px {FONT}", f"12px {FONT}"
-AXIS_SIZE = {"x": 28, "y": 44}
+TICKS, LABELS = f"12px {FONT}", f"14px {FONT}"
+"""The same as Plotly's."""
+AXIS_SIZE = {"x": 28, "y": 48}
 """px for the numbers of an axis."""
-LABEL_SIZE = 17
+LABEL_SIZE = 19
 DASHES = {"solid": [], "dash": [8, 5], "dot": [2, 4]}
 STROKES = {"solid": "━", "dash": "╍", "dot": "┉"}
-"""Beside the name: the mark of uPlot's legend shows the colour only."""
+"""Before the name; `browser/page.js` makes a line of it, as uPlot's legend has squares."""
 LARGEST_DRAWN = 1e30
 """More has no axis: uPlot would look for its numbers for ever."""
 NO_LINE = [0, 100_000]

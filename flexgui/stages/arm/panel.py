@@ -125,7 +125,7 @@ def _all_matrices(described: DescriptorModel) -> Markup:
 
 
 CHART_HEIGHT = 210
-"""px of a chart, without its title and legend: all three plots fit on a usual screen."""
+"""px of a chart, without its title: all three plots fit on a usual screen."""
 PADDING = (6, 12, 0, 0)
 """px: above, right, below, left."""
 
@@ -137,12 +137,20 @@ class Lines:
         self._theme = context.theme
         self._shown: Figure | None = None
         context.theme.callbacks.append(self._recolour)
+        context.plot_area.plots.append(self)
+        self._area = context.plot_area
         nothing = np.array([0.0, 1.0])
         self._look: dict[str, Any] = {}
         self._handle = context.gui.add_uplot(
             (nothing, nothing), ({}, {}), title=title, height=CHART_HEIGHT, padding=PADDING,
             visible=False,
         )  # fmt: skip
+        self.fit()
+
+    def fit(self) -> None:
+        """Takes the height that suits the window."""
+        if not self._handle._impl.removed:
+            self._handle.height = round(CHART_HEIGHT * self._area.stretch)
 
     def show(self, figure: Figure) -> None:
         """Draws a figure of lines over one common axis; a figure without lines hides the chart."""

@@ -32,7 +32,7 @@ from flexgui.stages.data.panel_own import WORDS, Arrivals, upload_button
 from flexgui.stages.data.panel_recording import FindingList, RecordingSettings, wording_of
 from flexgui.stages.data.panel_rig import RigForm
 from flexgui.stages.data.rigs import Experiments, has_working_points
-from flexgui.views.preview import as_in_file, groups, preview
+from flexgui.views.preview import as_in_file, constant_columns, constants, groups, preview
 from flexgui.views.table import Column, Row, Table, html_table
 
 NONE = "no recordings yet"
@@ -177,7 +177,8 @@ class DataPanel(Panel):
             drawn = as_in_file(waiting.inspection.pictures, known.get("t", ""), first)
             self._about.show(paragraph(f"{waiting.file}, as it stands in the file.", "lead"))
             self._plot.show(drawn)
-            self._warnings.show()
+            still = constant_columns(waiting.inspection.pictures, known.get("t", ""))
+            self._warnings.show(paragraph(still, "soft"))
             return
         if recording is None or not scenario.recordings:
             self._about.show(WORDS.nothing_yet(self._experiments.visible))
@@ -194,7 +195,8 @@ class DataPanel(Panel):
         chosen = picked if self._picked.keys() & shown.keys() else None
         drawn = preview(recording, slides, chosen) if picked else None
         self._plot.show(drawn, self._begins())
-        self._warnings.show(*(paragraph(text, "soft") for text in recording.warnings))
+        told = (constants(recording, slides), *recording.warnings)
+        self._warnings.show(*(paragraph(text, "soft") for text in told))
 
     def _draw_or_not(self, group: str) -> None:
         """Draws a group of signals, or draws it no longer."""

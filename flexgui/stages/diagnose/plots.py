@@ -67,7 +67,7 @@ def demonstration_summary(shown: Demonstration) -> Markup:
     )
 
 
-SIZE = (84, 28)
+SIZE = (120, 28)
 """px"""
 
 NOISY = 3.0
@@ -247,7 +247,7 @@ def live_prediction(
         bands.append(
             {
                 "type": "rect", "xref": "paper", "yref": f"y{number(k)}", "x0": 0, "x1": 1,
-                "y0": -1, "y1": 1, "fillcolor": colours.faded(colours.START, 0.22),
+                "y0": -1, "y1": 1, "fillcolor": colours.faded(colours.FLOOR, 0.22),
                 "line": {"width": 0}, "layer": "below",
             }
         )  # fmt: skip

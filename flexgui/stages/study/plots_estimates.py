@@ -195,7 +195,7 @@ def _ours(table: EstimateTable) -> Figure:
         for k, p in enumerate(row.pairs, start=1)
     ]
     x, y, labels = (list(each) for each in zip(*single, strict=True))
-    colour = colours.faded(colours.MEASURED if table.snr_db is None else colours.ADDED, 0.55)
+    colour = colours.faded(colours.series(0 if table.snr_db is None else 2), 0.55)
     hover = "%{text}<br>%{x:.4f} GPa, %{y:.2f} mm<extra></extra>"
     return dots(x, y, f"here, {snr(table.snr_db)}", colour, hover, size=6) | {"text": labels}
 
@@ -207,7 +207,7 @@ def _papers(table: EstimateTable, published: Sequence[Numbers]) -> Figure:
         "line": {"width": 1, "color": colours.HOVER_BACKGROUND},
     }  # fmt: skip
     name, hover = f"paper, {snr(table.snr_db)}", "paper, %{text}<br>%{x:.4f} GPa, %{y:.1f} mm"
-    marks = dots(x, y, name, colours.RESIDUAL, f"{hover}<extra></extra>", **style)
+    marks = dots(x, y, name, colours.REFERENCE, f"{hover}<extra></extra>", **style)
     return marks | {"text": [row.label for row in table.rows]}
 
 

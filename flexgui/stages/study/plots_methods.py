@@ -79,7 +79,7 @@ def baseline_figure(rows: Sequence[BaselineRow]) -> Figure | None:
         y_axis = axis("" if parts else "FIT on sweeps [%]", matches="y" if parts else None)
         parts.append(Pane(lines, y_axis, axis("working points", type="category"), 1.0, snr(ratio)))
     text = f"Average FIT on noise-free sweeps; below {CLIP:g} % on the edge."
-    drawn = panes(parts, None, text, 400, 0.08, beside=True)
+    drawn = panes(parts, None, text, 400, 0.08, len(parts))
     drawn["layout"]["legend"] |= {"y": 1.12}
     drawn["layout"]["margin"] |= {"t": 72}
     return drawn
@@ -111,7 +111,7 @@ DASHES = ("solid", "dot")
 def sweep_path(checked: Validation) -> Figure:
     """theta2 over time."""
     path = line(
-        checked.time, np.degrees(checked.theta2), "", colours.MEASURED,
+        checked.time, np.degrees(checked.theta2), "", colours.joint(1)["color"],
         "%{x:.2f} s: %{y:.1f}°<extra></extra>", width=2, showlegend=False,
     )  # fmt: skip
     text = (
@@ -134,7 +134,7 @@ def sweep_fits(checked: Validation) -> Figure:
     for output, dash, value in zip(OUTPUTS, DASHES, FITS, strict=True):
         name, style = f"paper, LPV, {output}", {"width": 1.5, "dash": dash}
         ends = ([sweeps[0], sweeps[-1]], [value, value])
-        lines.append(line(*ends, name, colours.RESIDUAL, "paper: %{y:.1f} %", **style))
+        lines.append(line(*ends, name, colours.REFERENCE, "paper: %{y:.1f} %", **style))
     text = "Noise-free sweeps; the estimates come from noisy recordings."
     return figure(lines, axis("sweep", dtick=1), axis("FIT [%]"), text, 380)
 
@@ -177,7 +177,7 @@ def bias_figure(
         ours = [row.EI[0].mean / true_EI - 1.0 for row in table.locals]
         dash = "solid" if table.snr_db is None else "dot"
         for whose, shares, colour in (
-            ("paper", implied, colours.RESIDUAL), ("here", ours, colours.MEASURED),
+            ("paper", implied, colours.REFERENCE), ("here", ours, colours.MODEL),
         ):  # fmt: skip
             y, name = [100.0 * share for share in shares or ()], f"{whose}, {snr(table.snr_db)}"
             if y:
