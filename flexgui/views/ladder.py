@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -49,17 +50,24 @@ NO_VALIDATION = " There is no recording for validation."
 
 
 def ladder(
-    steps: Sequence[LadderStep], beside: tuple[str, LadderStep] | None = None
-) -> Figure | None:
+    steps: Sequence[LadderStep], beside: tuple[str, LadderStep] | None = None,
+    expected: tuple[str, float] | None = None,
+) -> Figure | None:  # fmt: skip
     """A row per step: name, two bars past the noise floor, reduction factor; None without steps.
     On the page a new bar falls from the error before. `beside`: title and step of another model,
-    in a row of another colour at the end."""
+    in a row of another colour at the end. `expected`: title and error, in noise floors, of an
+    effect that is being fitted, in a pale row."""
     if not steps:
         return None
     labels = [folded(label) for label in step_labels(steps)]
+    other, colour = len(steps), [colours.RESIDUAL] * len(steps)
+    if expected is not None:
+        step = replace(steps[-1], cost_per_sample=expected[1] ** 2, errors=())
+        steps, labels = [*steps, step], [*labels, folded(f"+ {expected[0]}, expected")]
+        colour.append(colours.faded(colours.RESIDUAL, 0.35))
     if beside is not None:
         steps, labels = [*steps, beside[1]], [*labels, folded(f"beside: {beside[0]}")]
-    other = len(steps) - 1 if beside is not None else len(steps)
+        colour.append(colours.BESIDE)
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
     validation = [validation_rms(step.errors) for step in steps]
     any_unseen = bool(np.isfinite(validation).any())
@@ -80,8 +88,8 @@ def ladder(
     height = {"yref": "paper", "y0": 0, "y1": 1}
     drawn = figure(
         [
-            _bars(estimation, "estimation", steps, other),
-            *([_bars(validation, "validation", steps, other)] if any_unseen else []),
+            _bars(estimation, "estimation", steps, colour),
+            *([_bars(validation, "validation", steps, colour)] if any_unseen else []),
             # An axis without anything on it would not be drawn.
             {"type": "scatter", "x": [1.0], "y": [0], "yaxis": "y2", "opacity": 0,
              "showlegend": False, "hoverinfo": "skip"},
@@ -127,9 +135,10 @@ def _ticks(end: float) -> dict[str, list[float] | list[str]]:
 HATCHES = {"estimation": "", "validation": "/"}
 
 
-def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other: int) -> Figure:
-    """From row `other` on they are of another model."""
-    colour = [colours.RESIDUAL if k < other else colours.BESIDE for k in range(len(values))]
+def _bars(
+    values: Sequence[float], role: str, steps: Sequence[LadderStep], colour: list[str]
+) -> Figure:
+    """A bar per step, each of its own colour."""
     finite = [bool(np.isfinite(v)) for v in values]
     return {
         "type": "bar", "orientation": "h", "name": role, "y": list(range(len(values))),
@@ -142,8 +151,8 @@ def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other
             "line": {"width": 1, "color": colour},  # or Plotly draws none of no length
         },
         "text": [
-            f"{format_number(v, 2, keep_zeros=True)} ×" if k else UNSEEN
-            for v, k in zip(values, finite, strict=True)
+            f"{format_number(v, 2, keep_zeros=True)} ×" if k else UNSEEN if step.errors else ""
+            for v, k, step in zip(values, finite, steps, strict=True)
         ],
         "textposition": "outside", "textangle": 0, "cliponaxis": False,
         "customdata": [step.title for step in steps],

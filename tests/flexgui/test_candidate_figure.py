@@ -125,6 +125,18 @@ def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:
     assert (band["x0"], band["x1"]) == (BAND, 1.0)
 
 
+def test_what_is_expected_of_an_effect_that_is_being_fitted_is_a_pale_row_without_a_factor() -> (
+    None
+):
+    given = LadderStep(None, "As given", (), (), None, 20.0**2)
+    figure = ladder([given], expected=("Coulomb friction", 1.0))
+    assert figure is not None
+    solid, pale = figure["data"][0]["marker"]["color"]
+    assert pale != solid and figure["data"][0]["text"] == ["20 ×", "1.0 ×"]
+    assert figure["layout"]["yaxis"]["ticktext"][1].endswith("expected")
+    assert "÷" not in "".join(figure["layout"]["yaxis2"]["ticktext"])
+
+
 def told(**parts: Any) -> Any:
     return SimpleNamespace(**parts)
 

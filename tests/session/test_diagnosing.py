@@ -32,6 +32,9 @@ from tests.session.conftest import SOON
 from tests.session.helpers import shortened, until
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
+EXPECTED = 0.5
+"""Relative: what a ranking predicts of the error that a fit leaves, whose noise it cannot know."""
+
 FLOOR = 1.1
 """Times the floor: noise of a thousand samples alone stays below."""
 
@@ -152,8 +155,15 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(friction: Session) -> N
     over(friction)
     assert friction.diagnosis.known_biased, "once something is missing"
     given, outcome = friction.document.scenario, friction.identification.outcome
+    assert friction.diagnosis.expected is None
     assert friction.diagnosis.add("coulomb_friction")
+    expected = friction.diagnosis.expected
     over(friction)
+    assert expected == (
+        "Coulomb friction",
+        pytest.approx(friction.diagnosis.versions[1].error, rel=EXPECTED),
+    )
+    assert friction.diagnosis.expected is None
     assert not friction.diagnosis.known_biased
     assert friction.run.state.phase == DONE, friction.message
     first, second = ladder_steps(friction.diagnosis.versions)

@@ -221,7 +221,8 @@ class DiagnosePanel(Panel):
         """The way to the present model, and the model beside it."""
         diagnosis = self.session.diagnosis
         versions, beside = diagnosis.compared_versions, diagnosis.models.beside
-        drawn: list[object] = [*(each.found for each in versions), beside]
+        expected = diagnosis.expected
+        drawn: list[object] = [*(each.found for each in versions), beside, expected and expected[0]]
         if [id(each) for each in drawn] == [id(each) for each in self._steps]:
             return
         self._steps = drawn
@@ -229,7 +230,7 @@ class DiagnosePanel(Panel):
         if beside is not None and beside.version.found is not None:
             step = step_like(beside.version.found.step, versions[-1] if versions else None)
             other = (beside.title, step)
-        self._ladder.show_whole(ladder(ladder_steps(versions), other))
+        self._ladder.show_whole(ladder(ladder_steps(versions), other, expected))
         self._restated.show(paragraph(restated(versions), "soft"))
 
     def _show_residual(self) -> None:

@@ -54,8 +54,6 @@ class Diagnosis(VersionHistory):
         super().__init__(session)
         self._then: AfterEnd = None
         """What is done once the worker has stopped."""
-        self.to_add = ""
-        """Title of the effect that is added once a ranking has been ended for it."""
         self.formulas: dict[str, tuple[str, str, str]] = {}
         """Own effects that were tried, by their id: target, formula, parameters."""
         self.models = FittedModels(session)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from flexgui.core.results import MISSING, LinearModel, Outcome, ProposedLaw
+from flexgui.core.results import MISSING, LinearModel, Outcome, ProposedLaw, RankedEffect
 from flexgui.stages.diagnose.model_versions import (
     ModelVersion,
     linear_model_of,
@@ -27,6 +28,8 @@ class VersionHistory:
         """The way so far, each step complete or stopped by the person."""
         self.pending: ModelVersion | None = None
         """The version that the worker diagnoses now."""
+        self.to_add = ""
+        """Title of the effect that is added once a ranking has been ended for it."""
 
     @property
     def shown_versions(self) -> tuple[ModelVersion, ...]:
@@ -42,6 +45,17 @@ class VersionHistory:
         versions = self.shown_versions
         waits = len(versions) > 1 and not versions[-1].comparisons and versions[-2].comparisons
         return versions[:-1] if waits else versions
+
+    @property
+    def expected(self) -> tuple[str, float] | None:
+        """Title of the effect that is being added and the error, in noise floors, that its ranking
+        predicts; None where nothing is added or its fit is shown."""
+        pending, shown = self.pending, self.compared_versions
+        if pending is None or not shown or shown[-1].found is None:
+            return None
+        title = self.to_add or (pending.title if pending is not shown[-1] else "")
+        ranked = next((r for r in shown[-1].ranking if r.title == title), None)
+        return None if ranked is None else (title, _expected_error(shown[-1], ranked))
 
     def values_of(self, recording: str) -> dict[str, float]:
         """name -> value for a recording by the diagnosis' own fit of the present model, or of the
@@ -83,3 +97,11 @@ class VersionHistory:
     def laws(self) -> tuple[ProposedLaw, ...]:
         """Those that are proposed for the model as it stands."""
         return proposed_laws(self.newest)
+
+
+def _expected_error(version: ModelVersion, ranked: RankedEffect) -> float:
+    """Noise floors that are left of a version's error by what an effect explains of it."""
+    refitted, screened = ranked.refit_drop_percent, ranked.expected_drop_percent
+    share = (screened if refitted is None else refitted) / 100.0
+    square = version.error**2
+    return math.sqrt(square - share * max(square - 1.0, 0.0))
