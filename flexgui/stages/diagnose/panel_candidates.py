@@ -21,7 +21,7 @@ from flexgui.page.widgets import (
     set_options,
     stage_macros,
 )
-from flexgui.sentences.figures import LITTLE, criteria_text, percent, short_percent
+from flexgui.sentences.figures import LITTLE, criteria_text, evidence, percent, short_percent
 from flexgui.sentences.proposal import carrier_words, event_sentence, proposal_paragraphs
 from flexgui.sentences.ranked import explained_share, nesting, round_sentence, tie, worth_listing
 from flexgui.sentences.verdict import card_words, verdict_paragraphs
@@ -44,7 +44,7 @@ WORDS = stage_macros(
     equation=equation, verdict_paragraphs=verdict_paragraphs, card_words=card_words, press=press,
     round_sentence=round_sentence, complete=COMPLETE, doubtful=DOUBTFUL, catalogue=catalogue,
     residual=colours.RESIDUAL, added=colours.ADDED, carrier_words=carrier_words,
-    proposal_paragraphs=proposal_paragraphs, criteria_text=criteria_text,
+    proposal_paragraphs=proposal_paragraphs, criteria_text=criteria_text, bic_text=evidence,
 )  # fmt: skip
 
 
