@@ -86,7 +86,10 @@ def slider(
     handle = context.gui.add_slider(label, low, high, step, inside(), hint=hint or None)
 
     def enter(value: Any) -> object:
-        return None if _complaint(value, (low, high, None)) else put(float(value))
+        # What the browser writes back instead of a wrong entry is no entry either.
+        written_back = value == round(inside(), handle.precision)
+        refused = written_back or _complaint(value, (low, high, None))
+        return None if refused else put(float(value))
 
     return bind(context, handle, inside, enter)
 

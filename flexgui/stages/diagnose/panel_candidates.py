@@ -44,7 +44,7 @@ WORDS = stage_macros(
     equation=equation, verdict_paragraphs=verdict_paragraphs, card_words=card_words, press=press,
     round_sentence=round_sentence, complete=COMPLETE, doubtful=DOUBTFUL, catalogue=catalogue,
     residual=colours.RESIDUAL, added=colours.ADDED, carrier_words=carrier_words,
-    proposal_paragraphs=proposal_paragraphs, criteria_text=criteria_text, gain=evidence,
+    proposal_paragraphs=proposal_paragraphs, criteria_text=criteria_text, bic_text=evidence,
 )  # fmt: skip
 
 
