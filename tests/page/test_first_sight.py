@@ -19,7 +19,7 @@ from tests.page.helpers import press, ready, sees, still, visit
 from tests.session.helpers import until
 
 SCHEME = "document.documentElement.dataset.mantineColorScheme === '{}'"
-BORDER = 2.0
+BORDER = 4.0
 """px of a frame, at most."""
 
 
