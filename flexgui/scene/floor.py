@@ -65,10 +65,10 @@ def _lines(places: np.ndarray, far: float, width: float) -> np.ndarray:
     return np.asarray(np.clip((0.5 * width - away) / (places[1] - places[0]) + 0.5, 0.0, 1.0))
 
 
-LAYERS = 6
+LAYERS = 4
 SOFT = 0.06
 """By how much the widest layer of the shadow is wider than what casts it, on each side."""
-OPACITY = {False: 0.03, True: 0.07}
+OPACITY = {False: 0.045, True: 0.1}
 """Of a layer, on a light and on a dark table."""
 STEP = 4
 """So many stations of a beam from one corner of its shadow to the next."""
@@ -91,7 +91,8 @@ class Floor:
         vertices = self._shadow(body, pose)
         self.shadow = scene.add_mesh_simple(
             f"{path}_shadow", vertices, shadow_faces(self._corners), color=(0, 0, 0),
-            opacity=OPACITY[dark], side="double", cast_shadow=False, receive_shadow=False,
+            opacity=OPACITY[dark], material="toon3", cast_shadow=False, receive_shadow=False,
+            side="double",
         )  # fmt: skip
 
     def set_dark(self, dark: bool) -> None:
