@@ -59,10 +59,10 @@ class Comparison:
         """Where the model fails, as the arm shows it. None where that was computed with other
         settings than those by which the arm moves; on Diagnose, where the ladder was."""
         session = self._session
-        now, newest = session.document.scenario, session.diagnosis.newest
-        with_ladder = session.stage == LADDER_STAGE and newest is not None
-        of = newest.scenario if with_ladder and newest is not None else self._shown[1]
-        return self.failing if of == now or session.diagnosis.pending is not None else None
+        newest = session.diagnosis.newest if session.stage == LADDER_STAGE else None
+        of = self._shown[1] if newest is None else newest.scenario
+        is_present = of == session.document.scenario or session.diagnosis.pending is not None
+        return self.failing if is_present else None
 
     @property
     def _shown(self) -> tuple[tuple[RecordingComparison, ...], Scenario | None]:
