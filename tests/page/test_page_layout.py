@@ -179,7 +179,8 @@ def test_figures_of_a_phone_fill_the_panel_of_the_window_that_grew(page: Any) ->
     """They kept the phone's width, and their legends stood where they had been."""
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_function("innerWidth === 390 && document.getElementById('fx-links')")
-    page.wait_for_function(FILLED, arg=200)
+    page.locator("#fx-links button").last.click()
+    page.wait_for_function("document.querySelector('.js-plotly-plot')?.clientWidth < 390")
     page.set_viewport_size({"width": int(NARROW), "height": 800})
     page.wait_for_function(FILLED, arg=400)
     page.set_viewport_size(SIZE)
