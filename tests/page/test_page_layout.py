@@ -6,10 +6,13 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexgui.core.effects import catalogue
+from flexgui.core.results import RankedEffect
 from flexgui.page.in_browser import asset
 from flexgui.page.layout import (
     ARM,
@@ -27,8 +30,11 @@ from flexgui.page.layout import (
     widths,
     window_of,
 )
+from flexgui.stages.diagnose.panel_candidates import WORDS
+from flexgui.stages.diagnose.plots import SIZE as PICTURE
+from flexgui.views.sketch import sparkline
 from tests.page.conftest import FORGET, Desktop
-from tests.page.helpers import press
+from tests.page.helpers import SIZE, press
 from tests.page.test_walk import BOXES, SETTLED
 from tests.session.helpers import until
 
@@ -154,3 +160,78 @@ def test_the_panels_follow_the_window_and_return_after_a_lost_connection(
         assert not page.evaluate(BOXES)
         said = page.locator("#fx-line .speed").evaluate("e => e.selectedOptions[0].text")
         assert said.startswith("speed") is (width > NARROW)
+
+
+FILLED = """least => {
+  const figures = [...document.querySelectorAll(".js-plotly-plot")].filter(f => f.clientWidth);
+  return figures.length && figures.every(figure => {
+    const box = figure.parentElement.clientWidth;
+    const drawn = figure.querySelector(".main-svg").clientWidth;
+    const legend = figure.querySelector(".legend")?.getBoundingClientRect();
+    const frame = figure.querySelector(".nsewdrag").getBoundingClientRect();
+    return box > least && Math.abs(box - drawn) < 4 && (!legend || legend.bottom <= frame.top + 2);
+  });
+}"""
+"""Every figure is as wide as its box, and its legend stands above the lines."""
+
+
+def test_figures_of_a_phone_fill_the_panel_of_the_window_that_grew(page: Any) -> None:
+    """They kept the phone's width, and their legends stood where they had been."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_function("innerWidth === 390 && document.getElementById('fx-links')")
+    page.locator("#fx-links button").last.click()
+    page.wait_for_function("document.querySelector('.js-plotly-plot')?.clientWidth < 390")
+    page.set_viewport_size({"width": int(NARROW), "height": 800})
+    page.wait_for_function(FILLED, arg=400)
+    page.set_viewport_size(SIZE)
+
+
+NAMES = """([html, width]) => {
+  const panel = document.body.appendChild(document.createElement("div"));
+  panel.className = "fx";
+  panel.style.width = `${width}px`;
+  panel.innerHTML = html;
+  for (const details of panel.querySelectorAll("[data-fold=rest]")) details.open = true;
+  const broken = [...panel.querySelectorAll(".candidate > b")].filter(
+    name => name.getClientRects()[0].height > 1.8 * parseFloat(getComputedStyle(name).fontSize));
+  const texts = broken.map(name => name.textContent);
+  panel.remove();
+  return texts;
+}"""
+USABLE = CONTROLS - 16.0
+"""px of the controls beside the bar that scrolls them."""
+
+
+def test_the_name_of_each_effect_stands_on_one_line_of_the_ranking(page: Any) -> None:
+    known = [
+        RankedEffect(kind, effect.title, 50.0, 1e-9, 70.0, share, 900.0)
+        for share in (99.97, None)
+        for kind, effect in catalogue().items()
+    ]
+    rows = [(one, sparkline(np.arange(9.0), np.arange(9.0), size=PICTURE), "") for one in known]
+    html = str(WORDS.candidates(rows, known, False, {}, True, ""))
+    assert len(known) > 30
+    assert page.evaluate(NAMES, [html, USABLE]) == []
+
+
+MARKS = """[...document.querySelectorAll(".uplot .u-series[data-mark]")].map(series => {
+  const mark = getComputedStyle(series.querySelector(".u-marker"));
+  return [series.dataset.mark, mark.borderTopStyle, parseFloat(mark.height)];
+})"""
+
+
+LINE = 2.0
+"""px"""
+
+
+def test_the_live_charts_have_the_legend_of_all_other_figures(page: Any) -> None:
+    """A line, solid or dashed, instead of a square; title and legend stand above the lines."""
+    page.wait_for_function(f"{MARKS}.length >= 8")
+    marks = page.evaluate(MARKS)
+    assert {mark[0] for mark in marks} >= {"solid", "dashed"}
+    lines = [mark for mark in marks if mark[0] != "dots"]
+    assert all(name == style and height <= LINE for name, style, height in lines), marks
+    tops = """[...document.querySelectorAll(".uplot")].map(chart =>
+      [".u-title", ".u-legend", ".u-wrap"].map(
+        part => chart.querySelector(part).getBoundingClientRect().top))"""
+    assert all(edges == sorted(edges) for edges in page.evaluate(tops))
