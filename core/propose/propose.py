@@ -26,27 +26,27 @@ from ..errors import InputError
 from ..estimate.fit_result import FitResult, with_robust_covariance
 from ..estimate.fitted_model import FittedModel
 from ..estimate.problem import parameter_names, within_tolerance
-from ..estimate.validation import UnseenChange
+from ..estimate.validation import UnseenChange, ValidationFit
 from ..information_criteria import fall_of_bic
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
-from ..propose.carriers import SmoothFunction, missed_by_law, smooth_functions
+from ..propose.carriers import SmoothFunction, smooth_functions
 from ..propose.events import events_in
 from ..propose.short_laws import (
     Law,
     ShortLaw,
     carrier_of,
     different_laws,
+    law_term,
     logarithm,
     short_laws,
 )
 from ..propose.targets import targets
-from ..propose.variables import COARSE, FINE, actual_motions, ends
+from ..propose.variables import COARSE, FINE, actual_motions
 from ..results import (
     Carrier,
     Event,
-    LawTerm,
     PlannedExperiment,
     Proposal,
     ProposedLaw,
@@ -65,9 +65,6 @@ MOST_LAWS = 4
 
 CLOSE = 0.3
 """In the logarithm of the share that is left: two laws that leave about as much."""
-
-CURVE_POINTS = 200
-"""Points of a law's curve."""
 
 
 @fast_thread_switching()
@@ -142,8 +139,7 @@ class _Proposing:
         laws = self._short_laws(functions)
         if self.progress.stopped():
             return Answer(Proposal(carriers, reason=NO_LAW), None)
-        answer = self._tried(carriers, laws)
-        close = logarithm(functions[0].left) + CLOSE
+        answer, close = self._tried(carriers, laws), logarithm(functions[0].left) + CLOSE
         alike = sum(logarithm(f.left) <= close for f in functions[1:REFITTED])
         return answer._replace(proposal=replace(answer.proposal, alike=alike))
 
@@ -166,8 +162,7 @@ class _Proposing:
 
     def _events(self, functions: Sequence[SmoothFunction]) -> tuple[Event, ...]:
         """What happened once in each recording, where no variable carries nearly everything."""
-        found = functions and functions[0].share >= WHOLE_SHARE
-        if found or self.progress.stopped():
+        if (functions and functions[0].share >= WHOLE_SHARE) or self.progress.stopped():
             return ()
         self.progress.stage("Asking whether something happened once in each recording", None)
         return events_in(self.model, self.progress.stopped, self.memo.validation_fit)
@@ -296,7 +291,7 @@ class _Proposing:
         return ProposedLaw(
             title=own.title, target=law.target, formula=at.formula(names),
             latex=own.formula, parameters=tuple(stated[name] for name in names),
-            terms=tuple(_term(term, grown, names) for term in at.terms), explained=w.reduction,
+            terms=tuple(law_term(term, grown, names) for term in at.terms), explained=w.reduction,
             rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
             unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),
             delta_bic=w.gain if fall is None else fall, relative=relative,
@@ -305,20 +300,18 @@ class _Proposing:
 
     def _refuted(self, best: FitResult, other: FitResult) -> bool:
         """Whether another law surely leaves more of unseen recordings than the best one."""
-        before, after = (
-            self.memo.validation_fit(FittedModel(self.model.data, refit, ()))
-            for refit in (best, other)
-        )
+        before, after = self._validated(best), self._validated(other)
         if before is None or after is None:
             return False
         return UnseenChange.between(before, after).surely_worse
 
     def _unseen(self, refit: FitResult) -> float:
         """rms on validation recordings in noise floors; NaN without any."""
-        fitted = self.memo.validation_fit(FittedModel(self.model.data, refit, ()))
-        if fitted is None:
-            return float("nan")
-        return float(np.sqrt(cost_of(fitted.errors) / fitted.data.count))
+        fitted = self._validated(refit)
+        return math.sqrt(cost_of(fitted.errors) / fitted.data.count) if fitted else math.nan
+
+    def _validated(self, refit: FitResult) -> ValidationFit | None:
+        return self.memo.validation_fit(FittedModel(self.model.data, refit, ()))
 
     def _relative(self, refit: FitResult) -> tuple[str, float]:
         """The listed effect whose prediction is most like the law's, and the cosine."""
@@ -343,16 +336,6 @@ class _Proposing:
         one, other = (w.screened.effect.title for w, _ in chosen[:2])
         stopped = self.progress.stopped
         return next_experiments(self.model.data, first, second, (one, other), specs, stopped)
-
-
-def _term(law: ShortLaw, grown: FittedModel, names: Sequence[str]) -> LawTerm:
-    """A term of a law, beside what the model that has `grown` by it shows of it; `names` of its
-    parameters."""
-    f = law.function
-    places = np.linspace(*ends(f.variable), CURVE_POINTS)
-    missed, deviations = missed_by_law(grown, f, names)
-    shown = replace(carrier_of(f), values=law.values(f.knots) + missed, deviations=deviations)
-    return LawTerm(shown, places, law.values(places))
 
 
 def _cosine(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> float:

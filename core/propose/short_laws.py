@@ -15,11 +15,12 @@ from ..arm.arm import Arm
 from ..effects.effect import Effect
 from ..effects.own_formula import own_parameter
 from ..effects.own_reading import own_law
+from ..estimate.fitted_model import FittedModel
 from ..parameters import Parameter
-from ..propose.carriers import SmoothFunction
+from ..propose.carriers import SmoothFunction, missed_by_law
 from ..propose.shapes import SHAPES, Constant, Shape, Size
 from ..propose.variables import ends
-from ..results import Carrier
+from ..results import Carrier, LawTerm
 from ..sentences import listed
 from ..units import quotient
 
@@ -42,6 +43,9 @@ PARAMETER_PRICE = 0.05
 
 DIGITS = 6
 """Of a place that is no unknown."""
+
+CURVE_POINTS = 200
+"""Points of a law's curve."""
 
 
 @dataclass(frozen=True)
@@ -219,6 +223,16 @@ def carrier_of(f: SmoothFunction) -> Carrier:
         title=f.variable.title, unit=f.variable.unit, factor=f.factor.words, share=f.share,
         places=f.knots, values=values, deviations=deviations, value_unit=unit,
     )  # fmt: skip
+
+
+def law_term(law: ShortLaw, grown: FittedModel, names: Sequence[str]) -> LawTerm:
+    """A term of a law, beside what the model that has `grown` by it shows of it; `names` of its
+    parameters."""
+    f = law.function
+    places = np.linspace(*ends(f.variable), CURVE_POINTS)
+    missed, deviations = missed_by_law(grown, f, names)
+    shown = replace(carrier_of(f), values=law.values(f.knots) + missed, deviations=deviations)
+    return LawTerm(shown, places, law.values(places))
 
 
 def _constant_unit(f: SmoothFunction, constant: Constant) -> str:
