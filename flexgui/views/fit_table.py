@@ -145,7 +145,7 @@ TICK_GAP = 0.35
 """Of the dots' part of an axis, between two of its numbers."""
 MOST_BESIDE = 3
 """Outputs side by side: the axes of more have no room for their numbers."""
-THE_AXIS = "FIT; 0, 90, 99, 99.9 equally spaced [%]"
+THE_AXIS = "FIT, in equal steps 0, 90, 99, 99.9 [%]"
 LOOK = {
     ESTIMATE: {"symbol": "circle", "size": 8},
     VALIDATE: {"symbol": "diamond-open", "size": 9, "line": {"width": 2}},

@@ -113,7 +113,7 @@ def never_there() -> None:
 def warm_readers() -> None:
     """The worker that reads files is ready before anybody waits for it, and as nice as everybody:
     loading what it reads with takes it half a minute on a machine that is busy with other work."""
-    file_jobs.SETTINGS = replace(file_jobs.SETTINGS, niceness=0)
+    file_jobs.SETTINGS = replace(file_jobs.SETTINGS, niceness=0, kept=1)
     file_jobs._pool().start()
     assert eventually(lambda: file_jobs._pool().workers_ready > 0, file_jobs.SETTINGS.start_limit)
 

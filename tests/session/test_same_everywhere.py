@@ -216,10 +216,9 @@ def test_the_table_of_models_states_numbers_that_agree(opened: Session) -> None:
     assert models.present is not None
     like = models.present.version
     rows = [(m, errors_of(m, like), evidence_of(m, like), "", "") for m in models.comparable]
-    text = str(WORDS.models(rows, models.present, None, True))
+    text = str(WORDS.models(rows, models.present, None, True)).replace("\u2212", "-")
     bics = [float(x) for x in re.findall(r"[^\u0394]BIC (-?\d+)", text)]
-    (fall,) = (float(x) for x in re.findall(r"\u0394BIC (-?\d+)", text))
-    assert fall == pytest.approx(bics[0] - bics[1], abs=1.0)  # each is rounded to one
+    assert bics[0] - bics[1] > 1000.0 and "\u0394BIC over 1000" in text
 
 
 def test_one_can_return_to_the_model_as_given(opened: Session, run: Path) -> None:

@@ -195,8 +195,8 @@ class DataPanel(Panel):
         chosen = picked if self._picked.keys() & shown.keys() else None
         drawn = preview(recording, slides, chosen) if picked else None
         self._plot.show(drawn, self._begins())
-        told = (constants(recording, slides), *recording.warnings)
-        self._warnings.show(*(paragraph(text, "soft") for text in told))
+        remarks = (constants(recording, slides), *recording.warnings)
+        self._warnings.show(*(paragraph(text, "soft") for text in remarks))
 
     def _draw_or_not(self, group: str) -> None:
         """Draws a group of signals, or draws it no longer."""

@@ -31,7 +31,7 @@ PROTOCOLS = [
     "eval", "fdiff", "is_real",  # and functions
     "get_source", "fullname",  # importlib's loaders
     "model_config", "_repr_html_", "__*", "_", "CACHE_DIR", "get_suitable_cache_subpath",
-    "animated", "up_direction", "cell_color", "section_color", "colors", "to_json",  # viser's
+    "animated", "up_direction", "image", "colors", "to_json",  # viser's
     "_plotly_json_str", "_setup_plotly_js", "_sanctioned_dead_writes", "_lower", "_Typing",
     "unify", "can_convert_from",  # Numba's types
     "mime_type", "part_index",  # fields of the messages of viser's client
