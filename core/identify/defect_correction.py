@@ -269,7 +269,8 @@ def _remaining_move(runs: Sequence[list[np.ndarray]], slopes: Sequence[np.ndarra
     """
     better = [extrapolated(*pair) for pair in pairwise(runs)]
     # Of plain errors the share is larger: with three runs it stands for the other, as a bound.
-    sequence, least = (better, 1 / 16) if len(better) > 2 else (runs, 1 / 4)
+    sequence, order = (better, 4) if len(better) > 2 else (runs, 2)
+    least = 0.5**order
     first, second = (_change(*pair, slopes, better[-1]) for pair in pairwise(sequence[-3:]))
     share = max(np.sqrt(second / first), least) if first > 0.0 else least
     last = _change(better[-2], better[-1], slopes, better[-1])

@@ -38,7 +38,7 @@ WORKERS = 2
 """Two, so that one slow file does not block all others."""
 SETTINGS = PoolSettings(
     queued_per_session=16,
-    kept=0,
+    kept=0,  # minutes pass between two files
     niceness=5,
     memory=MEMORY,
     seconds=FILE_SECONDS,

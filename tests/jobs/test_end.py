@@ -104,11 +104,12 @@ def test_a_server_that_returns_without_closing_ends_and_leaves_no_worker(tmp_pat
     assert eventually(lambda: not any(map(alive, pids)), CLOSED_WITHIN)
 
 
-def test_workers_without_a_job_end_except_those_that_are_kept() -> None:
-    with JobPool(2, replace(LIGHT, kept=1, idle_limit=0.5)) as pool:
+@pytest.mark.parametrize("kept", [0, 1])
+def test_workers_without_a_job_end_except_those_that_are_kept(kept: int) -> None:
+    with JobPool(2, replace(LIGHT, kept=kept, idle_limit=0.5)) as pool:
         jobs = [pool.submit("s", task(count, steps=100), Listener()) for _ in range(2)]
         assert eventually(lambda: pool.workers_ready == 2)
         assert all(job.wait(PATIENCE) for job in jobs)
-        assert eventually(lambda: pool.workers_ready == 1)
+        assert eventually(lambda: pool.workers_ready == kept)
         again = pool.submit("s", task(count, steps=1), Listener())
         assert again.wait(PATIENCE) and again.result == 1

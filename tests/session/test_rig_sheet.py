@@ -24,7 +24,6 @@ from flexgui.stages.data.panel_recording import wording_of
 from flexgui.stages.data.panel_rig import tables
 from flexgui.stages.data.rig_sheet import estimated, is_stated, sheet_edit, sheet_rows, with_links
 from flexgui.stages.data.rigs import RIGS, rig_edit
-from flexgui.stages.data.stated_sizes import contradiction
 from flexgui.views.preview import finding_html, title_of
 from flexgui.views.sketch import sparkline
 from tests.session.helpers import bring, good_csv, until
@@ -128,45 +127,18 @@ def test_a_wrong_entry_is_named(field: str, text: str, words: str) -> None:
         cached_model(with_sheet(demo_scenario(), **{field: text}))
 
 
-SIZES_OF_NO_ARM = {
-    "segments.length.0": ("90", "Length of link 1: 90 m, but the recorded tip is at most 1 m "
-                                "from the base; state it in m."),
-    "segments.mass.1": ("5000", "Mass of link 2: 5000 kg on a length of 0.5 m are 10000 kg/m"),
-    "segments.EI.1": ("5e9", "Stiffness EI of link 2: 5.00 × 10⁹ N m²"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("field", SIZES_OF_NO_ARM)
-def test_sizes_that_cannot_be_are_named_and_the_last_arm_stays(
-    session: Session, field: str
+def test_a_length_is_held_against_the_recorded_tip_as_soon_as_it_is_stated(
+    session: Session,
 ) -> None:
-    text, said = SIZES_OF_NO_ARM[field]
-    made = cached_model(with_sheet(demo_scenario(), **{field: text})).arm
-    found = contradiction(made, 1.0).replace("\N{NO-BREAK SPACE}", " ")
-    assert found.startswith(said)
-    if field != "segments.length.0":  # without a recorded tip too
-        rig, before = session.recordings.rig, session.document.scenario
-        assert not rig.state(json.dumps({field: text})) and rig.refused[field] == text
-        assert said in rig.complaint.replace("\N{NO-BREAK SPACE}", " ")
-        assert session.document.scenario is before
-
-
-@pytest.mark.parametrize("path", SUPPLIED, ids=lambda path: path.stem)
-def test_no_supplied_arm_contradicts_itself(path: Path) -> None:
-    assert not contradiction(cached_model(read_scenario(path)).arm, None)
-
-
-def test_a_length_is_held_against_the_recorded_tip(session: Session) -> None:
-    """A length typed in cm left nothing to be seen of the arm."""
     assert session.recordings.upload("bench3.csv", good_csv(session)).result()
     session.playback.refresh()
     assert session.wait_idle()
-    rig, before = session.recordings.rig, session.document.scenario
-    assert not rig.state(json.dumps({"segments.length.0": "60"}))
-    assert "Length of link 1" in rig.complaint and "recorded tip" in rig.complaint
-    assert session.document.scenario is before
-    assert rig.state(json.dumps({"segments.length.0": "0.6"})) and not rig.complaint
+    rig, check = session.recordings.rig, session.check
+    assert rig.state(json.dumps({"segments.length.0": "60"}))
     assert "(EI1)" in session.message.text, "what a fit frees is said where the rig is stated"
+    until(lambda: check.is_checked and not check.running)
+    (found,) = (f for f in check.findings_of("bench3") if f.fault == "stated_length")
+    assert "length of segment 1 is 60 m; camera and encoders show 0.5 m" in found.evidence
 
 
 def test_own_recordings_ask_for_the_rig_and_are_drawn_plainly_until_then(session: Session) -> None:

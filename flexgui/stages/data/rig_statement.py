@@ -14,7 +14,6 @@ from flexgui.session.scenario_edits import Edit, apply_edits, cached_model
 from flexgui.session.state import Topic
 from flexgui.stages.data.rig_sheet import estimated, is_stated, sheet_edit, with_links
 from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
-from flexgui.stages.data.stated_sizes import contradiction, tip_distance
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -53,8 +52,6 @@ class RigStatement:
         try:
             edit = sheet_edit(document.scenario, texts)
             arm = cached_model(apply_edits(document.scenario, edit)).arm
-            if wrong := contradiction(arm, self._recorded_tip):
-                raise InputError(wrong)
         except InputError as error:
             with session.changing(Topic.RECORDINGS):
                 self.refused, self.complaint = texts, str(error)
@@ -66,14 +63,6 @@ class RigStatement:
         rest = f" A fit estimates the {free}; all else holds as stated." if free else ""
         session.show_message(f"The rig is stated: {lengths}.{rest}")
         return True
-
-    @property
-    def _recorded_tip(self) -> float | None:
-        """m, how far from the base; None where none was recorded: a simulated one says nothing."""
-        recording = self._session.playback.recording
-        files = (s.name for s in self._session.document.scenario.recordings if s.file is not None)
-        known = recording is not None and recording.name in files
-        return tip_distance(recording) if known else None
 
     def choose_kind(self, title: str) -> bool:
         """Changes the kind of rig."""
