@@ -23,7 +23,7 @@ from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
-from flexgui.stages.diagnose.fitted_models import errors_of
+from flexgui.stages.diagnose.fitted_models import errors_of, evidence_of
 from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagnosis, ladder_steps
 from flexgui.views.comparison import live_comparison
 from flexgui.views.headline import current_verdict, final_estimates
@@ -115,7 +115,8 @@ def every_model_is_kept(session: Session) -> None:
     diagnosis, models = session.diagnosis, session.diagnosis.models
     assert [m.title for m in models.comparable] == ["As given", "Coulomb friction"]
     given, grown = models.comparable
-    assert models.present is given and grown.seconds > 0.0 and (grown.evidence or 0.0) > 10.0
+    assert models.present is given and grown.seconds > 0.0
+    assert (evidence_of(grown, grown.version).fall or 0.0) > 10.0
     errors = [errors_of(m, given.version) for m in models.comparable]
     assert errors[0].fitted > FLOOR > errors[1].fitted and errors[1].unseen < FLOOR
     models.show_beside(grown.number)
